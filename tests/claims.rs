@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use crate::support::pipelines::written_out;
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
 }
@@ -28,7 +30,7 @@ fn pipelines() -> Vec<(String, Table)> {
         .map(|file| {
             let text = fs::read_to_string(file).expect("pipelines can be read");
             let name = file.file_name().expect("files have names").to_string_lossy().into_owned();
-            (name, text.parse().expect("pipelines are TOML"))
+            (name, written_out(&text))
         })
         .collect()
 }

@@ -231,7 +231,7 @@ set = [
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
 ]
 
-[[ensemble]]
+[[run]]
 name = "kicked"
 scenario = "ten-blocks"
 set = [
@@ -239,7 +239,7 @@ set = [
   "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400", "initial_velocity.mode=0",
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
 ]
-key = "initial_velocity.amplitude_m_per_s"
+keys = ["initial_velocity.amplitude_m_per_s"]
 values = [1e-8, 2e-8]
 
 [[figure.loads]]
@@ -271,14 +271,14 @@ file = "spread.png"
 [[figure.spread.panel]]
 label = "N = 10"
 stated_s = 1.4
-series = [{ label = "coded", runs = ["coded", "kicked"] }, { label = "stated", runs = ["stated"] }]
+series = [{ label = "coded", runs = ["coded", "kicked-*"] }, { label = "stated", runs = ["stated"] }]
 
 [[claim]]
 about = "first global slip"
 quote = "it comes after the hold"
 of = "this project"
 run = "coded"
-spread = ["kicked"]
+spread = ["kicked-*"]
 measure = "first_global_event_onset_s"
 at_least = 1.0
 as_stated = { run = "stated" }
@@ -338,7 +338,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         (
             "values = [1e-8, 2e-8]",
             "values = []",
-            "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)",
+            "run kicked: 0 values are not accepted (accepted: 1 to 1000)",
         ),
         (
             "of = \"this project\"",

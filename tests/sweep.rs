@@ -379,16 +379,16 @@ fn a_list_of_commands_makes_all_runs() {
 
 /// Named runs, and their outputs.
 pub(crate) const RUNS: &str = "
-first_global_slips = ['base', 'kicked']
+first_global_slips = ['base', 'kicked-*']
 [[run]]
 name = 'base'
 scenario = 'default'
 set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
-[[ensemble]]
+[[run]]
 name = 'kicked'
 scenario = 'default'
 set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
-key = 'initial_velocity.amplitude_m_per_s'
+keys = ['initial_velocity.amplitude_m_per_s']
 values = [1e-9, 2e-9]
 [[figure.load]]
 file = 'load.png'

@@ -18,6 +18,7 @@ use std::process::Command;
 use crate::support::binary::succeed;
 use crate::support::clients::{file, said};
 use crate::support::markdown::{Block, anchors, blocks, code, links, paragraphs};
+use crate::support::pipelines::written_out;
 
 /// Most lines of the README: what a visitor reads before deciding to try it.
 const README_LINES: usize = 130;
@@ -135,15 +136,16 @@ fn one_notation_everywhere() {
 /// The score counts every claim of every pipeline once.
 #[test]
 fn the_score_of_the_readme_counts_every_claim() {
-    let pipelines: Vec<String> = fs::read_dir(file("pipelines"))
+    let pipelines: Vec<toml::Table> = fs::read_dir(file("pipelines"))
         .expect("the folder is there")
         .map(|entry| entry.expect("it can be read").path())
         .filter(|path| path.is_file())
-        .map(|path| fs::read_to_string(path).expect("it is text"))
+        .map(|path| written_out(&fs::read_to_string(path).expect("it is text")))
         .collect();
-    let count = |is: &str| pipelines.iter().flat_map(|text| text.lines()).filter(|line| *line == is).count();
-    let (claims, selected, checks) =
-        (count("[[claim]]"), count("kind = \"selection\""), count("kind = \"construction\""));
+    let all = || pipelines.iter().filter_map(|pipeline| pipeline.get("claim")?.as_array()).flatten();
+    let of =
+        |kind: &str| all().filter(|claim| claim.get("kind").and_then(|of| of.as_str()) == Some(kind)).count();
+    let (claims, selected, checks) = (all().count(), of("selection"), of("construction"));
     let page = read("README.md");
     let (_, section) = page.split_once("## How the claims come out").expect("the section is there");
     let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);

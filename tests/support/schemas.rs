@@ -24,7 +24,7 @@ pub(crate) fn parts() -> Vec<(&'static str, String)> {
         ("pipeline figures", study.kinds(&figures, "figure.")),
         ("numbers", keys(Number::all().filter(|number| !number.is_of_summary()).map(|number| number.key))),
         ("summary", keys(Summary::KEYS)),
-        ("pipeline tables", study.tables(&["run", "ensemble", "precursors", "study", "claim"])),
+        ("pipeline tables", study.tables(&["run", "precursors", "study", "claim"])),
     ]
 }
 

@@ -17,7 +17,7 @@ pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, Compar
     let (old, new) = (judgements(old)?, judgements(new)?);
     let keys: BTreeSet<&ClaimKey> = old.keys().chain(new.keys()).collect();
     let change = |key: &ClaimKey| {
-        let outcome = |judged: &Judgement| (judged.ours, judged.verdict.clone());
+        let outcome = |judged: &Judgement| (judged.ours, judged.verdict.word().to_owned());
         let (before, now) = (old.get(key).map(outcome), new.get(key).map(outcome));
         let [about, run, measure, _] = key.clone();
         (before != now).then(|| ClaimChange {
@@ -44,8 +44,7 @@ fn judgements(path: &Path) -> Result<BTreeMap<ClaimKey, Judgement>, CompareError
             [claim.about.clone(), run, claim.measure.clone(), claim.quote.clone()]
         };
         let second = claim.as_stated.map(|judged| (key(", as-stated"), judged));
-        let own = Some((key(""), claim.own.clone())).filter(|(_, own)| !own.verdict.is_empty());
-        found.extend(own.into_iter().chain(second));
+        found.extend([(key(""), claim.own)].into_iter().chain(second));
     }
     Ok(found)
 }

@@ -2,7 +2,7 @@
 //! place, key and what is accepted, in the words of the errors of scenarios.
 
 use serde::de::DeserializeOwned;
-use toml::de::DeTable;
+use toml::de::{DeTable, Deserializer};
 
 use crate::suggest;
 
@@ -18,12 +18,24 @@ pub struct TypedError {
 /// Most numbers such as `100.0` that are read as whole ones, since each costs a pass over the text.
 const MOST_WHOLE: usize = 100;
 
-/// Reads a text. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` names
-/// the place of long lists of names.
+/// Reads a text, see [`parse_prepared`].
 ///
 /// # Errors
 /// If it is not TOML, or does not match the type.
 pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, TypedError> {
+    parse_prepared(text, listed_in, |_| Ok(()))
+}
+
+/// Reads a text after `prepare` has changed its table, or refused it at a place. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` names
+/// the place of long lists of names.
+///
+/// # Errors
+/// If it is not TOML, or does not match the type.
+pub fn parse_prepared<T: DeserializeOwned>(
+    text: &str,
+    listed_in: &str,
+    prepare: impl Fn(&mut DeTable<'_>) -> Result<(), (usize, String)>,
+) -> Result<T, TypedError> {
     if let Err(error) = DeTable::parse(text) {
         let at = error.span().map_or(0, |span| span.start);
         return Err(TypedError { at, problem: format!("not TOML: {}", error.message()) });
@@ -32,7 +44,11 @@ pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, Type
     // Places where the digits are longer than the original text, and by how much.
     let mut longer: Vec<(usize, usize)> = Vec::new();
     for _ in 0..MOST_WHOLE {
-        let error = match toml::from_str(&read) {
+        let mut table =
+            DeTable::parse(&read).map_err(|error| TypedError { at: 0, problem: error.to_string() })?;
+        prepare(table.get_mut())
+            .map_err(|(at, problem)| TypedError { at: written_at(&longer, at), problem })?;
+        let error = match T::deserialize(Deserializer::from(table)) {
             Ok(value) => return Ok(value),
             Err(error) => error,
         };
@@ -114,7 +130,9 @@ fn names_in(message: &str) -> Vec<&str> {
 /// The key whose value begins there, if it is on the same line.
 fn key_before(text: &str, at: usize) -> Option<&str> {
     let line = text[..at].rsplit('\n').next()?;
-    let (key, _) = line.split_once('=')?;
+    let (before, _) = line.rsplit_once('=')?;
+    // In an inline table it follows a brace or a comma.
+    let key = before.rsplit(['{', ',']).next()?;
     let is_bare = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     Some(key.trim()).filter(|key| !key.is_empty() && key.chars().all(is_bare))
 }

@@ -6,13 +6,15 @@
 use std::collections::BTreeMap;
 use std::io::Read;
 
+use crate::claims::{Kind, Speaker, Verdict};
+
 /// A claim, the measured value, and the verdict.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Claim {
     /// Its subject: a figure, equation or section.
     pub about: String,
-    /// Its author: `the source` or `this project`.
-    pub of: String,
+    /// Its author.
+    pub of: Speaker,
     /// The run that it is measured in.
     pub run: String,
     /// Its words.
@@ -26,7 +28,7 @@ pub struct Claim {
     /// The measured number minus the stated one.
     pub deviation: Option<f64>,
     /// The kind of evidence that an agreement gives.
-    pub kind: String,
+    pub kind: Kind,
     /// A remark for readers.
     pub note: String,
     /// The judgement in runs with the parameter set `as-stated`.
@@ -42,9 +44,8 @@ pub struct Judgement {
     pub error: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs`, `undecided` if the standard error reaches across the limit, `not reached`, or
-    /// `in the spread` if no more can be concluded.
-    pub verdict: String,
+    /// How it compares.
+    pub verdict: Verdict,
 }
 
 /// The cells of a column.
@@ -63,7 +64,7 @@ pub fn columns(claims: &[Claim]) -> Vec<(&'static str, Cells)> {
     let numbers = |value: fn(&Claim) -> Option<f64>| Cells::Numbers(claims.iter().map(value).collect());
     let mut columns = vec![
         ("about", texts(|claim| &claim.about)),
-        ("of", texts(|claim| &claim.of)),
+        ("of", texts(|claim| claim.of.word())),
         ("run", texts(|claim| &claim.run)),
         ("quote", texts(|claim| &claim.quote)),
         ("measure", texts(|claim| &claim.measure)),
@@ -72,8 +73,8 @@ pub fn columns(claims: &[Claim]) -> Vec<(&'static str, Cells)> {
         ("standard_error", numbers(|claim| claim.own.error)),
         ("deviation", numbers(|claim| claim.deviation)),
         ("rule", texts(|claim| &claim.own.rule)),
-        ("verdict", texts(|claim| &claim.own.verdict)),
-        ("kind", texts(|claim| &claim.kind)),
+        ("verdict", texts(|claim| claim.own.verdict.word())),
+        ("kind", texts(|claim| claim.kind.word())),
         ("note", texts(|claim| &claim.note)),
     ];
     if claims.iter().any(|claim| claim.as_stated.is_some()) {
@@ -83,7 +84,7 @@ pub fn columns(claims: &[Claim]) -> Vec<(&'static str, Cells)> {
             ("as_stated_rule", texts(|claim| claim.as_stated.as_ref().map_or("", |second| &second.rule))),
             (
                 "as_stated_verdict",
-                texts(|claim| claim.as_stated.as_ref().map_or("", |second| &second.verdict)),
+                texts(|claim| claim.as_stated.as_ref().map_or("", |second| second.verdict.word())),
             ),
         ]);
     }
@@ -99,20 +100,22 @@ pub enum ReadError {
     /// A heading that is not of claims.
     #[error("there is no column {0} (accepted: a table of claims)")]
     NoColumn(&'static str),
-    /// A cell that is no number.
-    #[error("line {line}: {column}: {value:?} is not accepted (accepted: a number)")]
-    Number {
+    /// A cell that is no number, or none of the words of its column.
+    #[error("line {line}: {column}: {value:?} is not accepted (accepted: {accepted})")]
+    Cell {
         /// The line, the heading's being 1.
         line: u64,
         /// The column.
         column: &'static str,
         /// The cell.
         value: String,
+        /// What it may be.
+        accepted: String,
     },
 }
 
 /// The columns by which a table of claims is recognised.
-const NEEDED: [&str; 6] = ["about", "run", "quote", "measure", "ours", "verdict"];
+const NEEDED: [&str; 8] = ["about", "of", "run", "quote", "measure", "ours", "verdict", "kind"];
 
 /// Reads a table of claims. Cells of columns that it lacks are empty.
 ///
@@ -131,33 +134,39 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
     let claim = |row: csv::StringRecord| {
         let cell = |column| places.get(column).and_then(|place| row.get(*place)).unwrap_or_default();
         let text = |column| cell(column).to_owned();
+        let refused = |column, accepted: &str| ReadError::Cell {
+            line: row.position().map_or(0, csv::Position::line),
+            column,
+            value: cell(column).to_owned(),
+            accepted: accepted.to_owned(),
+        };
         let number = |column| match cell(column) {
             "" => Ok(None),
-            value => value.parse().map(Some).map_err(|_| ReadError::Number {
-                line: row.position().map_or(0, csv::Position::line),
-                column,
-                value: value.to_owned(),
-            }),
+            value => value.parse().map(Some).map_err(|_| refused(column, "a number")),
+        };
+        let place = |column, words: &[&str]| {
+            let found = words.iter().position(|word| *word == cell(column));
+            found.ok_or_else(|| refused(column, &words.join(", ")))
         };
         let judgement = |[ours, error, rule, verdict]: [&'static str; 4]| {
             Ok::<_, ReadError>(Judgement {
                 ours: number(ours)?,
                 error: number(error)?,
                 rule: text(rule),
-                verdict: text(verdict),
+                verdict: Verdict::ALL[place(verdict, &Verdict::ALL.map(|all| all.1))?].0,
             })
         };
         let second = ["as_stated_ours", "as_stated_standard_error", "as_stated_rule", "as_stated_verdict"];
         Ok(Claim {
             about: text("about"),
-            of: text("of"),
+            of: Speaker::ALL[place("of", &Speaker::ALL.map(|all| all.1))?].0,
             run: text("run"),
             quote: text("quote"),
             measure: text("measure"),
             stated: text("stated"),
             own: judgement(["ours", "standard_error", "rule", "verdict"])?,
             deviation: number("deviation")?,
-            kind: text("kind"),
+            kind: Kind::ALL[place("kind", &Kind::ALL.map(|all| all.1))?].0,
             note: text("note"),
             as_stated: (!cell(second[3]).is_empty()).then(|| judgement(second)).transpose()?,
         })
@@ -168,6 +177,7 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
 #[cfg(test)]
 mod tests {
     use super::{Cells, Claim, Judgement, columns, read};
+    use crate::claims::{Speaker, Verdict};
 
     /// The table as CSV; no cell here needs quotes.
     fn csv(claims: &[Claim]) -> String {
@@ -187,10 +197,10 @@ mod tests {
     #[test]
     fn claims_read_back_as_they_were_written() {
         let judged =
-            |ours| Judgement { ours, error: Some(0.5), rule: "2 %".to_owned(), verdict: "agrees".to_owned() };
+            |ours| Judgement { ours, error: Some(0.5), rule: "2 %".to_owned(), verdict: Verdict::Agrees };
         let claim = |as_stated| Claim {
             about: "Figure 5.9".to_owned(),
-            of: "the source".to_owned(),
+            of: Speaker::Source,
             run: "default".to_owned(),
             quote: "it slips".to_owned(),
             own: judged(Some(0.1 + 0.2)),
@@ -208,13 +218,17 @@ mod tests {
     #[test]
     fn what_is_no_table_of_claims_is_refused() {
         let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
-        assert_eq!(refused("about,run\n"), "there is no column quote (accepted: a table of claims)");
-        let short = "about,run,quote,measure,ours,verdict\n";
+        assert_eq!(refused("about,run\n"), "there is no column of (accepted: a table of claims)");
+        let short = "about,of,run,quote,measure,ours,verdict,kind\n";
         assert_eq!(
-            refused(&format!("{short}a,r,q,m,much,agrees\n")),
+            refused(&format!("{short}a,the source,r,q,m,much,agrees,simulated\n")),
             "line 2: ours: \"much\" is not accepted (accepted: a number)"
         );
-        let claims = read(format!("{short}a,r,q,m,,not reached\n").as_bytes()).unwrap();
-        assert_eq!((claims[0].own.ours, claims[0].own.verdict.as_str()), (None, "not reached"));
+        assert_eq!(
+            refused(&format!("{short}a,us,r,q,m,1,agrees,simulated\n")),
+            "line 2: of: \"us\" is not accepted (accepted: the source, this project)"
+        );
+        let claims = read(format!("{short}a,the source,r,q,m,,not reached,selection\n").as_bytes()).unwrap();
+        assert_eq!((claims[0].own.ours, claims[0].own.verdict), (None, Verdict::NotReached));
     }
 }

@@ -43,14 +43,17 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All, each with its word and what it means.
+    pub const ALL: [(Kind, &str, &str); 4] = [
+        (Kind::Simulated, "simulated", "measured in a run, which could have given something else"),
+        (Kind::Arithmetic, "arithmetic", "worked out from the parameters alone"),
+        (Kind::Selection, "selection", "looked for in a run because the source shows it"),
+        (Kind::Construction, "construction", "put in by the program itself"),
+    ];
+
     /// The word for it.
     pub fn word(self) -> &'static str {
-        match self {
-            Kind::Simulated => "simulated",
-            Kind::Arithmetic => "arithmetic",
-            Kind::Selection => "selection",
-            Kind::Construction => "construction",
-        }
+        Kind::ALL[self as usize].1
     }
 }
 
@@ -67,12 +70,45 @@ pub enum Speaker {
 }
 
 impl Speaker {
+    /// Both, each with its words.
+    pub const ALL: [(Speaker, &str); 2] =
+        [(Speaker::Source, "the source"), (Speaker::Project, "this project")];
+
+    /// The words for it.
+    pub fn word(self) -> &'static str {
+        Speaker::ALL[self as usize].1
+    }
+}
+
+/// How a claim came out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Verdict {
+    /// The measured number bears it out.
+    Agrees,
+    /// It contradicts it.
+    Differs,
+    /// The standard error of the number reaches across the limit.
+    Undecided,
+    /// The number stated lies among those of several runs, from which no more follows.
+    InTheSpread,
+    /// The run does not have the number.
+    #[default]
+    NotReached,
+}
+
+impl Verdict {
+    /// All, each with its word and how a number of claims is said to have come out so.
+    pub const ALL: [(Verdict, &str, &str); 5] = [
+        (Verdict::Agrees, "agrees", "agree"),
+        (Verdict::Differs, "differs", "differ"),
+        (Verdict::Undecided, "undecided", "undecided"),
+        (Verdict::InTheSpread, "in the spread", "in the spread of runs"),
+        (Verdict::NotReached, "not reached", "not reached"),
+    ];
+
     /// The word for it.
     pub fn word(self) -> &'static str {
-        match self {
-            Speaker::Source => "the source",
-            Speaker::Project => "this project",
-        }
+        Verdict::ALL[self as usize].1
     }
 }
 
@@ -308,14 +344,14 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
         let own = judge_in(claim, &own_runs, &measured);
         Claim {
             about: claim.about.clone(),
-            of: claim.of.word().to_owned(),
+            of: claim.of,
             run: claim.run.clone(),
             quote: claim.quote.clone(),
             measure: claim.measured(),
             stated: claim.stated.clone().unwrap_or_default(),
             deviation: own.ours.zip(claim.stated()).map(|(ours, stated)| ours - stated),
             own,
-            kind: claim.kind.word().to_owned(),
+            kind: claim.kind,
             note: claim.note.clone(),
             as_stated: claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured)),
         }
@@ -336,11 +372,11 @@ fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Esti
             Some(exponent).filter(|exponent| exponent.value.is_finite())
         }
     };
-    let judgement = |ours: Option<Estimate>, rule: String, verdict: &str| Judgement {
+    let judgement = |ours: Option<Estimate>, rule: String, verdict: Verdict| Judgement {
         ours: ours.map(|ours| ours.value),
         error: ours.map(|ours| ours.error).filter(|error| *error > 0.0),
         rule,
-        verdict: verdict.to_owned(),
+        verdict,
     };
     let own = difference(&of.run, of.minus.as_ref());
     let (range, rule) = claim.range();
@@ -358,7 +394,11 @@ fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Esti
         return judgement(middle, rule, verdict(middle, &range));
     };
     let (Some(low), Some(high), Some(middle)) = (draws.first(), draws.last(), middle) else {
-        return judgement(own, "within the spread of runs, of which none has it".to_owned(), "not reached");
+        return judgement(
+            own,
+            "within the spread of runs, of which none has it".to_owned(),
+            Verdict::NotReached,
+        );
     };
     let tolerance = TOLERANCE * stated.abs();
     let rule = format!(
@@ -368,17 +408,17 @@ fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Esti
         draws.iter().filter(|&&draw| draw < stated).count()
     );
     let is_in = (low - tolerance..=high + tolerance).contains(&stated);
-    judgement(own, rule, if is_in { "in the spread" } else { "differs" })
+    judgement(own, rule, if is_in { Verdict::InTheSpread } else { Verdict::Differs })
 }
 
 /// How a number stands to the range that bears a claim out.
-fn verdict(ours: Option<Estimate>, range: &RangeInclusive<f64>) -> &'static str {
-    let Some(ours) = ours else { return "not reached" };
+fn verdict(ours: Option<Estimate>, range: &RangeInclusive<f64>) -> Verdict {
+    let Some(ours) = ours else { return Verdict::NotReached };
     let is_open = |limit: &f64| (ours.value - limit).abs() < ours.error;
     match range.contains(&ours.value) {
-        _ if is_open(range.start()) || is_open(range.end()) => "undecided",
-        true => "agrees",
-        false => "differs",
+        _ if is_open(range.start()) || is_open(range.end()) => Verdict::Undecided,
+        true => Verdict::Agrees,
+        false => Verdict::Differs,
     }
 }
 
@@ -394,7 +434,7 @@ mod tests {
 
     use crate::claim::{Claim, columns};
 
-    use super::{ClaimSpec, Measured, half_last_digit, judge, markdown, verdict};
+    use super::{ClaimSpec, Measured, Speaker, Verdict, half_last_digit, judge, markdown, verdict};
     use crate::estimate::Estimate;
     use crate::made_up;
     use crate::number::Number;
@@ -456,7 +496,7 @@ mod tests {
         claims[0].check().unwrap();
         let judged = judged(&claims, &mut runs);
         assert!((judged[0].own.ours.unwrap() + 1.0).abs() < 1e-6, "{judged:?}");
-        assert_eq!(judged[0].own.verdict, "agrees");
+        assert_eq!(judged[0].own.verdict, Verdict::Agrees);
         assert!(judged[0].measure.ends_with(", exponent against slope_to_first_event_per_s"), "{judged:?}");
         assert!(page_of(&claims, &judged, &runs).contains("| early to late |"));
         assert!(claim(&format!("run = \"late\"\n{power}")).check().unwrap_err().contains("needs minus"));
@@ -478,7 +518,7 @@ mod tests {
         zero.measure = Number::find("precursor_event_count").unwrap();
         for claim in [claim(equal), zero] {
             let judged = &judged(&[claim], &mut runs)[0].own;
-            assert_eq!((judged.ours, judged.verdict.as_str()), (None, "not reached"));
+            assert_eq!((judged.ours, judged.verdict), (None, Verdict::NotReached));
         }
     }
 
@@ -500,10 +540,17 @@ mod tests {
             claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
         ];
         let outcomes = judged(&claims, &mut runs);
-        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict.as_str()).collect();
+        let verdicts: Vec<Verdict> = outcomes.iter().map(|outcome| outcome.own.verdict).collect();
         assert_eq!(
             verdicts,
-            ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
+            [
+                Verdict::Differs,
+                Verdict::InTheSpread,
+                Verdict::InTheSpread,
+                Verdict::Differs,
+                Verdict::Agrees,
+                Verdict::NotReached
+            ]
         );
         assert_eq!(
             outcomes[1].own.rule,
@@ -511,7 +558,7 @@ mod tests {
         );
         assert_eq!((outcomes[4].own.ours, outcomes[4].own.error), (Some(1.0), None));
         let second = outcomes[4].as_stated.as_ref().unwrap();
-        assert_eq!((second.ours, second.verdict.as_str()), (Some(-1.0), "differs"));
+        assert_eq!((second.ours, second.verdict), (Some(-1.0), Verdict::Differs));
 
         assert!(has_second(&outcomes));
         let page = page_of(&claims, &outcomes, &runs);
@@ -528,15 +575,15 @@ mod tests {
     fn a_limit_within_the_standard_error_is_undecided() {
         let of = |value, error, range| verdict(Some(Estimate { value, error }), &range);
         let at_most = f64::NEG_INFINITY..=0.05;
-        assert_eq!(of(0.044, 0.020, at_most.clone()), "undecided");
-        assert_eq!(of(0.058, 0.023, at_most.clone()), "undecided");
-        assert_eq!(of(0.044, 0.005, at_most.clone()), "agrees");
-        assert_eq!(of(0.195, 0.023, at_most.clone()), "differs");
+        assert_eq!(of(0.044, 0.020, at_most.clone()), Verdict::Undecided);
+        assert_eq!(of(0.058, 0.023, at_most.clone()), Verdict::Undecided);
+        assert_eq!(of(0.044, 0.005, at_most.clone()), Verdict::Agrees);
+        assert_eq!(of(0.195, 0.023, at_most.clone()), Verdict::Differs);
         // Without an error the limit itself still agrees.
-        assert_eq!(of(0.05, 0.0, at_most), "agrees");
-        assert_eq!([of(0.9, 0.2, 0.0..=1.0), of(0.1, 0.2, 0.0..=1.0)], ["undecided"; 2]);
-        assert_eq!(of(0.5, 0.2, 0.0..=1.0), "agrees");
-        assert_eq!(verdict(None, &(0.0..=1.0)), "not reached");
+        assert_eq!(of(0.05, 0.0, at_most), Verdict::Agrees);
+        assert_eq!([of(0.9, 0.2, 0.0..=1.0), of(0.1, 0.2, 0.0..=1.0)], [Verdict::Undecided; 2]);
+        assert_eq!(of(0.5, 0.2, 0.0..=1.0), Verdict::Agrees);
+        assert_eq!(verdict(None, &(0.0..=1.0)), Verdict::NotReached);
     }
 
     /// Precursors that reach each of three blocks, and the slip of all of them, whose load fits no line.
@@ -558,10 +605,10 @@ mod tests {
         // By hand: slope 1, intercept 0.001 / 3 over 0.45, and an error of 0.0021.
         let (page, own) = judged("0.01", &run);
         assert!((own.ours.unwrap() - 0.001 / 3.0 / 0.45).abs() < 1e-9, "{own:?}");
-        assert_eq!(own.verdict, "agrees");
+        assert_eq!(own.verdict, Verdict::Agrees);
         assert!(page.contains("| 7.4e-4 ± "), "{page}");
         let (page, own) = judged("0.0007", &run);
-        assert_eq!(own.verdict, "undecided", "{own:?}");
+        assert_eq!(own.verdict, Verdict::Undecided, "{own:?}");
         assert!(page.contains("0 agree, 0 differ, 0 not reached, 1 undecided."), "{page}");
     }
 
@@ -596,13 +643,13 @@ mod tests {
         let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
         let mut judged = |rest: &str| judged(&[claim(rest)], &mut runs)[0].own.clone();
         let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.2");
-        assert_eq!((median.ours, median.verdict.as_str()), (Some(2.0), "agrees"));
+        assert_eq!((median.ours, median.verdict), (Some(2.0), Verdict::Agrees));
         assert_eq!(median.rule, "at least 1.2, the median of 3 runs");
         // 1.0 - 1.5 and 4.0 - 2.0.
         let differences = judged(
             "run = \"one\"\nminus = \"half\"\nspread = [\"four\"]\nminus_spread = [\"two\"]\nat_most = 0",
         );
-        assert_eq!((differences.ours, differences.verdict.as_str()), (Some(0.75), "differs"));
+        assert_eq!((differences.ours, differences.verdict), (Some(0.75), Verdict::Differs));
     }
 
     #[test]
@@ -619,7 +666,7 @@ mod tests {
         assert!(ours < place("0 agree, 1 differ, 0 not reached."));
         assert!(place("| the source says |") < place("| this project says |"));
         assert_eq!(page.lines().filter(|line| line.starts_with("|---")).count(), 2, "{page}");
-        assert_eq!(outcomes[0].of, "this project");
+        assert_eq!(outcomes[0].of, Speaker::Project);
         let refused = toml::from_str::<ClaimSpec>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
         assert!(refused.message().contains("`the source`"), "{refused}");
     }

@@ -5,25 +5,25 @@ use std::collections::BTreeMap;
 use asperity_model::keys::KEYS;
 use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
+use asperity_numbers::claims::{Kind, Speaker, Verdict};
 
 use crate::html::markup::{self, Cell, Row, section_id, sortable_table, table, text};
 use crate::symbols::{formulas, lettered, number, rounded, symbol};
 
-/// Verdicts, and the mark that each has beside its word and colour.
-const VERDICTS: [(&str, &str, &str); 5] = [
-    ("agrees", "✓", "agrees"),
-    (DIFFERS, "✗", "differs"),
-    ("undecided", "±", "undecided"),
-    ("in the spread", "≈", "spread"),
-    ("not reached", "○", "none"),
-];
-
-/// The verdict on a claim that the measurement contradicts.
-const DIFFERS: &str = "differs";
+/// The mark that a verdict has beside its word, and the class of its colour.
+fn mark(verdict: Verdict) -> (&'static str, &'static str) {
+    match verdict {
+        Verdict::Agrees => ("✓", "agrees"),
+        Verdict::Differs => ("✗", "differs"),
+        Verdict::Undecided => ("±", "undecided"),
+        Verdict::InTheSpread => ("≈", "spread"),
+        Verdict::NotReached => ("○", "none"),
+    }
+}
 
 /// Whether the measurement contradicts a claim.
 pub(crate) fn differs(claim: &Claim) -> bool {
-    claim.own.verdict == DIFFERS
+    claim.own.verdict == Verdict::Differs
 }
 
 /// Headings of the sections of claims: those that differ, and all.
@@ -33,15 +33,15 @@ pub(crate) const ALL: &str = "Claims";
 /// How the claims of one speaker came out.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Score {
-    counts: BTreeMap<String, u64>,
+    counts: BTreeMap<Verdict, u64>,
 }
 
 impl Score {
     /// Of the claims of a speaker.
-    pub fn of(claims: &[Claim], speaker: &str) -> Score {
+    pub fn of(claims: &[Claim], speaker: Speaker) -> Score {
         let mut score = Score::default();
         for claim in claims.iter().filter(|claim| claim.of == speaker) {
-            *score.counts.entry(claim.own.verdict.clone()).or_default() += 1;
+            *score.counts.entry(claim.own.verdict).or_default() += 1;
         }
         score
     }
@@ -53,25 +53,18 @@ impl Score {
 
     /// As in `83 of 101 agree, 12 differ`.
     pub fn words(&self) -> String {
-        let of = |verdict: &str| self.counts.get(verdict).copied().unwrap_or_default();
-        let mut words = format!("{} of {} agree", of("agrees"), self.total());
-        for (verdict, said) in [
-            ("differs", "differ"),
-            ("undecided", "undecided"),
-            ("in the spread", "in the spread of runs"),
-            ("not reached", "not reached"),
-        ] {
-            if of(verdict) > 0 {
-                words += &format!(", {} {said}", of(verdict));
-            }
+        let of = |verdict| self.counts.get(&verdict).copied().unwrap_or_default();
+        let mut words = format!("{} of {} agree", of(Verdict::Agrees), self.total());
+        for (verdict, _, said) in Verdict::ALL.into_iter().skip(1).filter(|(verdict, ..)| of(*verdict) > 0) {
+            words += &format!(", {} {said}", of(verdict));
         }
         words
     }
 }
 
-/// Possible authors of claims, and their headings.
-pub(crate) const SPEAKERS: [(&str, &str); 2] =
-    [("the source", "The source"), ("this project", "This project")];
+/// Both speakers, and their headings.
+pub(crate) const SPEAKERS: [(Speaker, &str); 2] =
+    [(Speaker::Source, "The source"), (Speaker::Project, "This project")];
 
 /// The scores as lines of a heading.
 pub(crate) fn heading(claims: &[Claim]) -> String {
@@ -87,15 +80,9 @@ pub(crate) fn heading(claims: &[Claim]) -> String {
 
 /// The scores as a table, speaker by speaker and kind by kind.
 pub(crate) fn scores(claims: &[Claim]) -> String {
-    const KINDS: [(&str, &str); 4] = [
-        ("simulated", "measured in a run, which could have given something else"),
-        ("arithmetic", "worked out from the parameters alone"),
-        ("selection", "looked for in a run because the source shows it"),
-        ("construction", "put in by the program itself"),
-    ];
     let mut rows = Vec::new();
     for (speaker, title) in SPEAKERS {
-        for (kind, meaning) in KINDS {
+        for (kind, word, meaning) in Kind::ALL {
             let of: Vec<&Claim> =
                 claims.iter().filter(|claim| claim.of == speaker && claim.kind == kind).collect();
             if of.is_empty() {
@@ -103,13 +90,13 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
             }
             let mut cells = vec![
                 Cell::text(title),
-                Cell::Html(format!("{kind} <span class=\"soft\">({meaning})</span>")),
+                Cell::Html(format!("{word} <span class=\"soft\">({meaning})</span>")),
             ];
-            cells.extend(VERDICTS.map(|(verdict, ..)| {
+            cells.extend(Verdict::ALL.map(|(verdict, ..)| {
                 match of.iter().filter(|claim| claim.own.verdict == verdict).count() {
                     0 => Cell::None,
                     count => {
-                        let section = section_id(if verdict == DIFFERS { DIFFERING } else { ALL });
+                        let section = section_id(if verdict == Verdict::Differs { DIFFERING } else { ALL });
                         Cell::Value(count as f64, format!("<a href=\"#{section}\">{count}</a>"))
                     }
                 }
@@ -120,17 +107,16 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let verdicts = VERDICTS.map(|(verdict, mark, _)| format!("#{mark} {verdict}"));
+    let verdicts = Verdict::ALL.map(|(verdict, word, _)| format!("#{} {word}", mark(verdict).0));
     let headings: Vec<&str> =
         ["says", "kind"].into_iter().chain(verdicts.iter().map(String::as_str)).collect();
     table("", &headings, rows)
 }
 
 /// A verdict, distinguished by word, mark and colour.
-fn verdict(verdict: &str) -> String {
-    let found = VERDICTS.iter().find(|(word, ..)| *word == verdict);
-    let (mark, class) = found.map_or(("", "none"), |(_, mark, class)| (mark, class));
-    format!("<span class=\"outcome {class}\">{mark} {}</span>", text(verdict))
+fn verdict(verdict: Verdict) -> String {
+    let (mark, class) = mark(verdict);
+    format!("<span class=\"outcome {class}\">{mark} {}</span>", verdict.word())
 }
 
 /// The measured value, with its standard error.
@@ -172,7 +158,7 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
                 };
                 out += &format!(
                     "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
-                    verdict(&claim.own.verdict),
+                    verdict(claim.own.verdict),
                     measured(&claim.own),
                     measure(&claim.measure),
                     link(&claim.run),
@@ -191,7 +177,11 @@ pub(crate) fn link(run: &str) -> String {
 
 /// The words of the source in quotation marks.
 fn quoted(claim: &Claim) -> String {
-    if claim.of == "the source" { format!("“{}”", formulas(&claim.quote)) } else { worded(&claim.quote) }
+    if claim.of == Speaker::Source {
+        format!("“{}”", formulas(&claim.quote))
+    } else {
+        worded(&claim.quote)
+    }
 }
 
 /// The number that a claim measures, in words; its name appears on hovering.
@@ -270,7 +260,7 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
             continue;
         }
         let has_second = of.iter().any(|claim| claim.as_stated.is_some());
-        let says = format!("{speaker} says");
+        let says = format!("{} says", speaker.word());
         let mut headings = vec![
             "verdict",
             "about",
@@ -297,7 +287,7 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
                 format!("<br><span class=\"soft\">{}</span>", worded(&claim.note))
             };
             let mut cells = vec![
-                Cell::Html(verdict(&claim.own.verdict)),
+                Cell::Html(verdict(claim.own.verdict)),
                 Cell::Html(about(claim)),
                 Cell::Html(link(&claim.run)),
                 Cell::Html(format!("{}{note}", quoted(claim))),
@@ -306,11 +296,11 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
                 optional(claim.own.ours, with_error(&claim.own)),
                 optional(claim.deviation, deviation),
                 Cell::Html(worded(&claim.own.rule)),
-                Cell::text(&claim.kind),
+                Cell::text(claim.kind.word()),
             ];
             if has_second {
                 cells.push(claim.as_stated.as_ref().map_or(Cell::None, |found| {
-                    Cell::Html(format!("{} {}", measured(found), verdict(&found.verdict)))
+                    Cell::Html(format!("{} {}", measured(found), verdict(found.verdict)))
                 }));
             }
             Row::from(cells)
@@ -371,6 +361,7 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 #[cfg(test)]
 mod tests {
     use asperity_numbers::claim::{Claim, Judgement};
+    use asperity_numbers::claims::{Kind, Speaker, Verdict};
 
     use super::{Named, Score, all, beside, differing, figures_named, scores, worded};
     use crate::symbols::lettered;
@@ -380,22 +371,17 @@ mod tests {
         lettered(&claim.about)
     }
 
-    fn claim(of: &str, verdict: &str) -> Claim {
+    fn claim(of: Speaker, verdict: Verdict) -> Claim {
         Claim {
             about: "Figure 5.9".to_owned(),
-            of: of.to_owned(),
+            of,
             run: "default".to_owned(),
             quote: "it <slips>".to_owned(),
             measure: "precursor_event_count".to_owned(),
             stated: "3".to_owned(),
-            own: Judgement {
-                ours: Some(2.0),
-                error: None,
-                rule: "within 2 %".to_owned(),
-                verdict: verdict.to_owned(),
-            },
+            own: Judgement { ours: Some(2.0), error: None, rule: "within 2 %".to_owned(), verdict },
             deviation: Some(-1.0),
-            kind: "simulated".to_owned(),
+            kind: Kind::Simulated,
             note: String::new(),
             as_stated: None,
         }
@@ -403,10 +389,13 @@ mod tests {
 
     #[test]
     fn what_the_source_says_is_counted_apart() {
-        let claims =
-            [claim("the source", "agrees"), claim("the source", "differs"), claim("this project", "agrees")];
-        assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 differ");
-        assert_eq!(Score::of(&claims, "this project").words(), "1 of 1 agree");
+        let claims = [
+            claim(Speaker::Source, Verdict::Agrees),
+            claim(Speaker::Source, Verdict::Differs),
+            claim(Speaker::Project, Verdict::Agrees),
+        ];
+        assert_eq!(Score::of(&claims, Speaker::Source).words(), "1 of 2 agree, 1 differ");
+        assert_eq!(Score::of(&claims, Speaker::Project).words(), "1 of 1 agree");
         assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
         let first = differing(&claims, &about);
         assert_eq!((first.matches("<li>").count(), first.matches("<h3>Figure 5.9</h3>").count()), (1, 1));
@@ -424,10 +413,10 @@ mod tests {
 
     #[test]
     fn undecided_claims_show_their_error_and_count_by_themselves() {
-        let mut open = claim("the source", "undecided");
+        let mut open = claim(Speaker::Source, Verdict::Undecided);
         open.own.error = Some(0.25);
-        let claims = [open, claim("the source", "agrees")];
-        assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 undecided");
+        let claims = [open, claim(Speaker::Source, Verdict::Agrees)];
+        assert_eq!(Score::of(&claims, Speaker::Source).words(), "1 of 2 agree, 1 undecided");
         let shown = beside(&claims.iter().collect::<Vec<_>>());
         assert!(shown.contains("<span class=\"outcome undecided\">± undecided</span>"), "{shown}");
         assert!(shown.contains(">2 ± 0.25</span>"), "{shown}");
@@ -437,7 +426,8 @@ mod tests {
 
     #[test]
     fn what_is_measured_is_said_in_words_and_keys_are_letters() {
-        let measured = Claim { measure: "largest_ft_fn".to_owned(), ..claim("this project", "agrees") };
+        let measured =
+            Claim { measure: "largest_ft_fn".to_owned(), ..claim(Speaker::Project, Verdict::Agrees) };
         let shown = beside(&[&measured]);
         let words = "<span title=\"largest_ft_fn\">largest F<sub>T</sub>/F<sub>N</sub></span>";
         assert!(shown.contains(words) && !shown.contains(">largest_ft_fn"), "{shown}");

@@ -13,8 +13,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Written;
+use crate::each;
 use crate::parameter_table;
-use crate::runs::{Ensemble, RunSpec, SpellOut, check_name};
+use crate::runs::{RunSpec, SpellOut, check_name};
 
 /// Where all kinds of figures and all keys of a study are listed.
 const LISTED_IN: &str = "docs/figures.md and docs/scenarios.md";
@@ -52,7 +53,7 @@ pub struct Pipeline {
     pub runs: Vec<String>,
     /// The scenario that its axes vary.
     pub(crate) scenario: Option<String>,
-    /// Overrides of all its runs, `key=value`; those of a run or an ensemble come after them.
+    /// Overrides of all its runs, `key=value`; those of a run come after them.
     #[serde(default)]
     pub(crate) set: Vec<String>,
     /// What is stored of each run over the axes.
@@ -62,12 +63,9 @@ pub struct Pipeline {
     #[serde(default)]
     #[schemars(with = "Vec<serde_json::Value>")]
     pub(crate) axis: Vec<Written>,
-    /// The runs that have names, those of ensembles included.
+    /// The runs that have names.
     #[serde(default)]
     pub(crate) run: Vec<RunSpec>,
-    /// Runs that differ in one key.
-    #[serde(default)]
-    pub(crate) ensemble: Vec<Ensemble>,
     /// The figures, by kind.
     #[serde(default)]
     pub figure: Figures,
@@ -92,13 +90,15 @@ impl Pipeline {
     /// Reads the text of a study, without checking what it speaks of.
     pub(crate) fn unchecked(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let mut file: Pipeline =
-            typed::parse(text, LISTED_IN).map_err(|typed::TypedError { at, problem }| {
+        let mut file: Pipeline = typed::parse_prepared(text, LISTED_IN, each::write_out).map_err(
+            |typed::TypedError { at, problem }| {
                 let place = Lines::of(text).place(text, at);
                 let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
                 format!("line {line}, column {column}: {problem}")
-            })?;
-        file.spell_out_ensembles()?;
+            },
+        )?;
+        let mut spell_out = SpellOut::new();
+        file.run = spell_out.runs(&file.set, std::mem::take(&mut file.run))?;
         let mut names = BTreeSet::new();
         for run in &file.run {
             if !names.insert(run.name.as_str()) {
@@ -110,20 +110,14 @@ impl Pipeline {
             check_name(&run.name)?;
         }
         file.runs = file.run.iter().map(|run| run.name.clone()).collect();
+        let lists = (file.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
+            .chain(file.study.iter_mut().map(|study| &mut study.runs))
+            .chain(file.figure.lists_mut())
+            .chain([&mut file.first_global_slips, &mut file.slow_slip]);
+        for names in lists {
+            spell_out.names(&file.runs, names)?;
+        }
         Ok(file)
-    }
-
-    /// Adds the runs of ensembles to the others, expands the names of ensembles, and puts the overrides of
-    /// all runs before those of each.
-    fn spell_out_ensembles(&mut self) -> Result<(), String> {
-        let mut spell_out = SpellOut::new(&self.ensemble)?;
-        spell_out.add_runs(&mut self.run)?;
-        spell_out.set_in_all(&self.set, &mut self.run)?;
-        let mut lists = (self.claim.iter_mut().flat_map(ClaimSpec::lists_mut))
-            .chain(self.study.iter_mut().map(|study| &mut study.runs))
-            .chain(self.figure.lists_mut())
-            .chain([&mut self.first_global_slips, &mut self.slow_slip]);
-        lists.try_for_each(|names| spell_out.replace_in(names))
     }
 }
 

@@ -104,7 +104,7 @@ impl Given {
         let is_of_scenario = || KEYS.iter().any(|key| key.path.split('.').next().is_some_and(has));
         if has("axis") {
             Some(Given::Sweep)
-        } else if has("run") || has("ensemble") {
+        } else if has("run") {
             Some(Given::Pipeline)
         } else if is_of_scenario() {
             Some(Given::Scenario)

@@ -48,6 +48,7 @@
 
 pub mod axis;
 mod collect;
+mod each;
 pub mod emit;
 mod error;
 mod file;

@@ -1,15 +1,15 @@
-//! The runs of a study that have names: single ones, and ensembles, runs that differ in the value of one
-//! key, written as one table.
+//! The runs of a study that have names: single ones, and ensembles, runs that differ in the values of keys,
+//! written as one table.
 //!
 //! The motion is chaotic: a time such as that of the first global slip is one draw among many, and only a
 //! distribution can be compared with a stated number. An ensemble gives one: the same scenario, started
 //! with velocities that no experiment could distinguish from rest.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Files, Scenario, ScenarioSource, builtin, find};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
+use asperity_record::counted;
 use asperity_run::study::Job;
 use asperity_runlog::{RunReader, Topics};
 use schemars::JsonSchema;
@@ -30,12 +30,60 @@ pub struct RunSpec {
     /// Overrides, `key=value`, after those of the whole study.
     #[serde(default)]
     pub set: Vec<String>,
+    /// Keys in which the runs of an ensemble differ.
+    #[serde(default)]
+    pub keys: Vec<String>,
+    /// An ensemble: for each run a list with a value for each of `keys`, or of a single one the value itself. Its runs
+    /// are `NAME-1`, `NAME-2` and so on; or, where `name` contains `{}`, what stands first in each list takes its place.
+    #[serde(default)]
+    #[schemars(with = "Vec<serde_json::Value>")]
+    pub values: Vec<toml::Value>,
 }
 
 impl RunSpec {
+    /// The runs that it stands for, each by its name and the overrides that are its own.
+    fn members(&self) -> Result<Vec<(String, Vec<String>)>, String> {
+        let RunSpec { name, keys, values, .. } = self;
+        let refused = |problem: String| Err(format!("run {name}: {problem}"));
+        if keys.is_empty() && values.is_empty() {
+            return Ok(vec![(name.clone(), Vec::new())]);
+        }
+        if !(1..=MOST_MEMBERS).contains(&values.len()) {
+            return refused(format!(
+                "{} values are not accepted (accepted: 1 to {MOST_MEMBERS})",
+                values.len()
+            ));
+        }
+        let names_are_given = name.contains(OWN);
+        let cells = keys.len() + usize::from(names_are_given);
+        let mut members = Vec::new();
+        for (number, value) in (1..).zip(values) {
+            let row = value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
+            if row.len() != cells {
+                return refused(format!(
+                    "values = {value}: {} (accepted: {cells}, {})",
+                    counted(row.len() as u64, "value"),
+                    if names_are_given {
+                        "what stands for {} in its name and one for each of keys"
+                    } else {
+                        "one for each of keys"
+                    }
+                ));
+            }
+            let (own, row) = row.split_at(usize::from(names_are_given));
+            let name = match own {
+                [toml::Value::String(own)] => name.replace(OWN, own),
+                [own] => name.replace(OWN, &own.to_string()),
+                _ => format!("{name}-{number}"),
+            };
+            members.push((name, keys.iter().zip(row).map(|(key, value)| format!("{key}={value}")).collect()));
+        }
+        Ok(members)
+    }
+
     /// The run with the text of its scenario.
     pub(crate) fn read(&self, folder: &Path) -> Result<Named, String> {
-        let RunSpec { name, scenario, set } = self.clone();
+        let RunSpec { name, scenario, set, .. } = self.clone();
         let problem = |problem: String| format!("run {name}: {problem}");
         let (scenario_toml, of_log) = read_scenario(&scenario, folder).map_err(problem)?;
         Ok(Named { name, scenario, scenario_toml, of_log, set })
@@ -123,143 +171,86 @@ pub(crate) fn read_scenario(name: &str, folder: &Path) -> Result<(String, bool),
 /// Most members of an ensemble: a pipeline of a few lines shall not ask for runs without end.
 const MOST_MEMBERS: usize = 1000;
 
-/// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. In a list of runs, the name of the ensemble
-/// means all of them.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ensemble {
-    /// The name, with which the names of its runs begin.
-    pub name: String,
-    /// Name of a built-in scenario, or path of a file or a run log, relative to the folder of the study
-    /// or to the current folder.
-    pub scenario: String,
-    /// Overrides of all its runs, `key=value`.
-    #[serde(default)]
-    pub set: Vec<String>,
-    /// The key in which they differ.
-    pub key: String,
-    /// Its values, one for each run.
-    #[schemars(with = "Vec<serde_json::Value>")]
-    pub values: Vec<toml::Value>,
-}
+/// What the text of a name stands for that a member gives.
+const OWN: &str = "{}";
 
-impl Ensemble {
-    /// The names of its runs.
-    fn names(&self) -> impl Iterator<Item = String> {
-        (1..=self.values.len()).map(|member| format!("{}-{member}", self.name))
-    }
-
-    /// Its runs.
-    fn runs(&self) -> impl Iterator<Item = RunSpec> {
-        self.names().zip(&self.values).map(|(name, value)| {
-            let own = format!("{}={value}", self.key);
-            let set = self.set.iter().cloned().chain([own]).collect();
-            RunSpec { name, scenario: self.scenario.clone(), set }
-        })
-    }
-
-    /// Approximate bytes of its names when they are written out.
-    fn bytes_of_names(&self) -> usize {
-        self.values.len() * (self.name.len() + 5)
-    }
-
-    /// Approximate bytes of its runs when they are written out.
-    fn bytes_of_runs(&self) -> usize {
-        let each = self.scenario.len() + self.key.len() + self.set.iter().map(String::len).sum::<usize>();
-        self.values.len() * each + self.bytes_of_names()
-    }
-}
-
-/// Writes ensembles out, within the memory that the longest text without ensembles may need.
+/// Writes runs and the lists that name them out, within the memory that the longest text may need.
 #[derive(Debug)]
-pub(crate) struct SpellOut<'a> {
-    ensembles: BTreeMap<&'a str, &'a Ensemble>,
+pub(crate) struct SpellOut {
     /// Number of bytes that may still be written.
     left: usize,
 }
 
-impl<'a> SpellOut<'a> {
-    /// These ensembles, of different names.
-    ///
-    /// # Errors
-    /// In words: key, value and the accepted values.
-    pub(crate) fn new(ensembles: &'a [Ensemble]) -> Result<SpellOut<'a>, String> {
-        let mut by_name = BTreeMap::new();
-        for ensemble in ensembles {
-            let (name, count) = (&ensemble.name, ensemble.values.len());
-            if !(1..=MOST_MEMBERS).contains(&count) {
-                return Err(format!(
-                    "ensemble {name}: {count} values are not accepted (accepted: 1 to {MOST_MEMBERS})"
-                ));
-            }
-            if by_name.insert(ensemble.name.as_str(), ensemble).is_some() {
-                return Err(format!(
-                    "two ensembles are called {name} (accepted: a name of its own for each)"
-                ));
-            }
-        }
-        Ok(SpellOut { ensembles: by_name, left: LONGEST_TOML_BYTES })
+impl SpellOut {
+    pub(crate) fn new() -> SpellOut {
+        SpellOut { left: LONGEST_TOML_BYTES }
     }
 
     fn take(&mut self, bytes: usize) -> Result<(), String> {
         let left = self.left.checked_sub(bytes);
         self.left = left.ok_or_else(|| {
             format!(
-                "ensembles and set: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)"
+                "runs, lists and set: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)"
             )
         })?;
         Ok(())
     }
 
-    /// Puts the runs of the ensembles beside the others.
+    /// Puts the runs of each ensemble in its place, and these overrides before those of each run.
     ///
     /// # Errors
-    /// If there would be too many, or a run has the name of an ensemble.
-    pub(crate) fn add_runs(&mut self, runs: &mut Vec<RunSpec>) -> Result<(), String> {
-        if let Some(run) = runs.iter().find(|run| self.ensembles.contains_key(run.name.as_str())) {
-            return Err(format!(
-                "an ensemble and a run are both called {} (accepted: different names)",
-                run.name
-            ));
+    /// In words: key, value and what is accepted.
+    pub(crate) fn runs(&mut self, set: &[String], written: Vec<RunSpec>) -> Result<Vec<RunSpec>, String> {
+        let mut all = Vec::new();
+        for run in written {
+            let common: Vec<String> = set.iter().chain(&run.set).cloned().collect();
+            let bytes = run.scenario.len() + run.name.len() + common.iter().map(String::len).sum::<usize>();
+            let members = run.members()?;
+            self.take(members.len().saturating_mul(bytes))?;
+            all.extend(members.into_iter().map(|(name, own)| RunSpec {
+                name,
+                scenario: run.scenario.clone(),
+                set: common.iter().cloned().chain(own).collect(),
+                keys: Vec::new(),
+                values: Vec::new(),
+            }));
         }
-        for ensemble in self.ensembles.values().copied().collect::<Vec<_>>() {
-            self.take(ensemble.bytes_of_runs())?;
-            runs.extend(ensemble.runs());
-        }
-        Ok(())
+        Ok(all)
     }
 
-    /// Puts overrides before those of each run.
+    /// Replaces each name with `*` in a list by the names of these runs that it matches, in their order.
     ///
     /// # Errors
-    /// If there would be too many.
-    pub(crate) fn set_in_all(&mut self, set: &[String], runs: &mut [RunSpec]) -> Result<(), String> {
-        let bytes: usize = set.iter().map(String::len).sum();
-        self.take(bytes.saturating_mul(runs.len()))?;
-        runs.iter_mut().for_each(|run| drop(run.set.splice(..0, set.iter().cloned())));
-        Ok(())
-    }
-
-    /// Puts their names in a list that names the ensembles.
-    ///
-    /// # Errors
-    /// If there would be too many.
-    pub(crate) fn replace_in(&mut self, names: &mut Vec<String>) -> Result<(), String> {
-        if !names.iter().any(|name| self.ensembles.contains_key(name.as_str())) {
+    /// If it matches none, or there would be too many.
+    pub(crate) fn names(&mut self, runs: &[String], names: &mut Vec<String>) -> Result<(), String> {
+        if !names.iter().any(|name| name.contains('*')) {
             return Ok(());
         }
-        let mut all = Vec::new();
         for name in std::mem::take(names) {
-            match self.ensembles.get(name.as_str()).copied() {
-                None => all.push(name),
-                Some(ensemble) => {
-                    self.take(ensemble.bytes_of_names())?;
-                    all.extend(ensemble.names());
-                }
+            if !name.contains('*') {
+                names.push(name);
+                continue;
             }
+            let matching: Vec<&String> = runs.iter().filter(|run| matches(&name, run)).collect();
+            if matching.is_empty() {
+                return Err(format!(
+                    "no run is called {name} (accepted: names of [[run]], with * for any letters)"
+                ));
+            }
+            self.take(matching.iter().map(|run| run.len()).sum())?;
+            names.extend(matching.into_iter().cloned());
         }
-        *names = all;
         Ok(())
+    }
+}
+
+/// Whether a name fits a pattern, in which each `*` is any letters or none.
+fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((start, rest)) => name.strip_prefix(start).is_some_and(|name| {
+            (0..=name.len()).any(|at| name.is_char_boundary(at) && matches(rest, &name[at..]))
+        }),
     }
 }
 
@@ -269,37 +260,37 @@ mod tests {
 
     const TEXT: &str = r#"
 title = "t"
-first_global_slips = ["base", "kicked"]
+first_global_slips = ["base", "kicked-*"]
 
 [[run]]
 name = "base"
 scenario = "default"
 
-[[ensemble]]
+[[run]]
 name = "kicked"
 scenario = "default"
 set = ["time.step_s=1e-7"]
-key = "initial_velocity.amplitude_m_per_s"
+keys = ["initial_velocity.amplitude_m_per_s"]
 values = [1e-9, 2e-9]
 
 [[study]]
 name = "s"
 parameter = "initial_velocity.amplitude_m_per_s"
-runs = ["base", "kicked"]
+runs = ["base", "kicked-*"]
 measures = ["precursor_event_count"]
 
 [[figure.spread]]
 file = "f.png"
-panel = [{ label = "p", stated_s = 1.0, series = [{ label = "a", runs = ["base", "kicked"] }] }]
+panel = [{ label = "p", stated_s = 1.0, series = [{ label = "a", runs = ["base", "kicked-*"] }] }]
 
 [[claim]]
 about = "a"
 quote = "q"
 run = "base"
-spread = ["kicked"]
+spread = ["kicked-*"]
 measure = "precursor_event_count"
 stated = "58"
-as_stated = { run = "base", spread = ["kicked", "base"] }
+as_stated = { run = "base", spread = ["kicked-*", "base"] }
 "#;
 
     #[test]
@@ -325,6 +316,48 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
     }
 
     #[test]
+    fn a_row_of_values_names_its_run_and_sets_each_key() {
+        let rows = "keys = [\"time.duration_s\", \"friction.law\"]\nvalues = [[\"a-1\", 0.5, \"rigid\"], [2, 1, \"rigid\"]]";
+        let text = TEXT.replace("name = \"kicked\"", "name = \"k{}\"").replace("kicked-*", "k*");
+        let text =
+            text.replace("keys = [\"initial_velocity.amplitude_m_per_s\"]\nvalues = [1e-9, 2e-9]", rows);
+        let file = Pipeline::unchecked(&text).unwrap();
+        let own = |run: usize| (file.run[run].name.as_str(), file.run[run].set[1..].join(" "));
+        assert_eq!(own(1), ("ka-1", "time.duration_s=0.5 friction.law=\"rigid\"".to_owned()));
+        assert_eq!(own(2), ("k2", "time.duration_s=1 friction.law=\"rigid\"".to_owned()));
+        assert_eq!(file.claim[0].spread, ["ka-1", "k2"]);
+    }
+
+    #[test]
+    fn a_table_is_written_once_for_each_of_its_members() {
+        let each = |members: &str| TEXT.replace("about = \"a\"", &format!("each = {members}"));
+        let text = each("[{ about = \"a\" }, { about = \"b\", run = \"kicked-2\", stated = \"3\" }]");
+        let claims = Pipeline::parse(&text).unwrap().claim;
+        let of = |n: usize| {
+            (claims[n].about.as_str(), claims[n].run.as_str(), claims[n].stated.as_deref().unwrap())
+        };
+        assert_eq!((claims.len(), of(0), of(1)), (2, ("a", "base", "58"), ("b", "kicked-2", "3")));
+        for (members, problem) in [
+            ("3", "line 27, column 8: each: it is no list (accepted: a list of tables)"),
+            ("[3]", "line 27, column 8: each: a member is no table (accepted: a list of tables)"),
+            ("[{ about = 3 }]", "line 27, column 18: about = 3 is not accepted (accepted: a text in quotes)"),
+            ("[{ abuot = \"a\" }]", "line 27, column 10: abuot: unknown key (did you mean about?)"),
+        ] {
+            assert_eq!(Pipeline::parse(&each(members)).unwrap_err(), problem);
+        }
+        // Two overrides: those of all, then those of the member.
+        let set = "set = [\"time.step_s=1e-7\"]\neach = [{ set = [\"slider.blocks=3\"] }]";
+        let file = Pipeline::unchecked(&TEXT.replace("set = [\"time.step_s=1e-7\"]", set)).unwrap();
+        assert_eq!(file.run[1].set[..2], ["time.step_s=1e-7", "slider.blocks=3"]);
+        let long = format!("[{}]", "{},".repeat(400_000));
+        let said = Pipeline::parse(
+            &each(&long).replace("quote = \"q\"", &format!("quote = \"{}\"", "q".repeat(100))),
+        );
+        let end = "each: more than 12582912 bytes when written out (accepted: fewer)";
+        assert!(said.clone().unwrap_err().ends_with(end), "{:.200}", said.unwrap_err());
+    }
+
+    #[test]
     fn the_set_of_a_study_comes_before_that_of_each_run() {
         let text = TEXT.replace("title = \"t\"", "title = \"t\"\nset = [\"parameter_set=as-coded\"]");
         let file = Pipeline::unchecked(&text).unwrap();
@@ -341,31 +374,37 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         let refused = |old: &str, new: &str| Pipeline::parse(&TEXT.replace(old, new)).unwrap_err();
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = []"),
-            "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"
+            "run kicked: 0 values are not accepted (accepted: 1 to 1000)"
+        );
+        assert_eq!(
+            refused("values = [1e-9, 2e-9]", "values = [1e-9, [1, 2]]"),
+            "run kicked: values = [1, 2]: 2 values (accepted: 1, one for each of keys)"
+        );
+        assert_eq!(
+            refused("name = \"kicked\"", "name = \"kicked-{}\""),
+            "run kicked-{}: values = 0.000000001: 1 value (accepted: 2, what stands for {} in its name and one for \
+             each of keys)"
         );
         assert_eq!(
             refused("name = \"base\"", "name = \"kicked-2\""),
             "two runs are called kicked-2 (accepted: a name of its own for each)"
         );
         assert_eq!(
-            refused("name = \"base\"\nscenario", "name = \"kicked\"\nscenario"),
-            "an ensemble and a run are both called kicked (accepted: different names)"
-        );
-        assert!(
-            refused("spread = [\"kicked\"]", "spread = [\"kicker\"]").starts_with("there is no run kicker")
+            refused("spread = [\"kicked-*\"]", "spread = [\"kicker-*\"]"),
+            "no run is called kicker-* (accepted: names of [[run]], with * for any letters)"
         );
         // Short texts that ask for much: long overrides of each of a thousand, long lists of them.
         let many = format!("values = [{}]", "1,".repeat(1000));
         let long = format!("set = [\"{}\"]", "a".repeat(20_000));
-        let told = "ensembles and set: more than 12582912 bytes when written out (accepted: fewer)";
+        let told = "runs, lists and set: more than 12582912 bytes when written out (accepted: fewer)";
         let text = TEXT.replace("values = [1e-9, 2e-9]", &many);
         assert!(Pipeline::parse(&text).is_ok());
         assert_eq!(Pipeline::parse(&text.replace("set = [\"time.step_s=1e-7\"]", &long)).unwrap_err(), told);
         let top = format!("title = \"t\"\nset = [\"{}\"]", "a".repeat(20_000));
         assert_eq!(Pipeline::parse(&text.replace("title = \"t\"", &top)).unwrap_err(), told);
-        let lists = format!("runs = [{}]", "\"kicked\",".repeat(2000));
+        let lists = format!("runs = [{}]", "\"kicked-*\",".repeat(2000));
         assert_eq!(
-            Pipeline::parse(&text.replace("runs = [\"base\", \"kicked\"]", &lists)).unwrap_err(),
+            Pipeline::parse(&text.replace("runs = [\"base\", \"kicked-*\"]", &lists)).unwrap_err(),
             told
         );
     }

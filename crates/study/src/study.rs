@@ -72,11 +72,9 @@ impl Study {
     pub fn parse(text: &str, folder: &Path) -> Result<Study, String> {
         let file = Pipeline::unchecked(text)?;
         if file.axis.is_empty() && file.run.is_empty() {
-            return Err(
-                "there are no runs and nothing varies (accepted: [[run]], [[ensemble]], or scenario \
+            return Err("there are no runs and nothing varies (accepted: [[run]], or scenario \
                         with one or more [[axis]])"
-                    .to_owned(),
-            );
+                .to_owned());
         }
         let grid = Grid::of(&file, folder)?;
         let axes = grid.iter().flat_map(|grid| &grid.axes);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use asperity_record::RunHeader;
 
-use super::{ClaimSpec, Kind, Speaker};
+use super::{ClaimSpec, Kind, Speaker, Verdict};
 use crate::claim::{Claim, Judgement};
 
 /// The claims as a page of Markdown, headed by the runs; `specs` are the claims before their verdicts,
@@ -21,8 +21,8 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
         distinct(&|run| run.solver.clone()),
         distinct(&|run| run.code_version.clone()),
     );
-    for speaker in [Speaker::Source, Speaker::Project] {
-        let of_speaker: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker.word()).collect();
+    for (speaker, _) in Speaker::ALL {
+        let of_speaker: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker).collect();
         if !of_speaker.is_empty() {
             score(&mut page, speaker, &of_speaker);
         }
@@ -58,16 +58,15 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
     };
     let mut speaker = None;
     let all = specs.iter().zip(claims);
-    let in_order = [Speaker::Source, Speaker::Project]
-        .into_iter()
-        .flat_map(|of| all.clone().filter(move |(spec, _)| spec.of == of));
+    let in_order =
+        Speaker::ALL.into_iter().flat_map(|(of, _)| all.clone().filter(move |(spec, _)| spec.of == of));
     for (spec, claim) in in_order {
         if speaker.replace(spec.of) != Some(spec.of) {
             writeln!(
                 page,
                 "\n| about | run | {} says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
                  |---|---|---|---|---|---|---|---|---|---|{line}",
-                claim.of
+                claim.of.word()
             )
             .expect("writing to a string cannot fail");
         }
@@ -82,9 +81,9 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
             None => String::new(),
             // Its rule is another one only where it is a spread.
             Some(found) if found.rule == claim.own.rule => {
-                format!(" {}, **{}** |", number(found), found.verdict)
+                format!(" {}, **{}** |", number(found), found.verdict.word())
             }
-            Some(found) => format!(" {}, {}, **{}** |", number(found), found.rule, found.verdict),
+            Some(found) => format!(" {}, {}, **{}** |", number(found), found.rule, found.verdict.word()),
         };
         writeln!(
             page,
@@ -96,8 +95,8 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
             number(&claim.own),
             signed(claim),
             claim.own.rule,
-            claim.own.verdict,
-            claim.kind
+            claim.own.verdict.word(),
+            claim.kind.word()
         )
         .expect("writing to a string cannot fail");
     }
@@ -107,14 +106,9 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
 /// How the claims of one speaker came out, by kind.
 fn score(page: &mut String, speaker: Speaker, claims: &[&Claim]) {
     writeln!(page, "What {} says:\n", speaker.word()).expect("writing to a string cannot fail");
-    for (kind, meaning) in [
-        (Kind::Simulated, "measured in a run, which could have given something else"),
-        (Kind::Arithmetic, "worked out from the parameters alone"),
-        (Kind::Selection, "looked for in a run because the source shows it"),
-        (Kind::Construction, "put in by the program itself"),
-    ] {
+    for (kind, word, meaning) in Kind::ALL {
         let count = |verdict| {
-            let of_kind = claims.iter().filter(|claim| claim.kind == kind.word());
+            let of_kind = claims.iter().filter(|claim| claim.kind == kind);
             of_kind.filter(|claim| claim.own.verdict == verdict).count()
         };
         let some = |verdict, words: &str| match count(verdict) {
@@ -123,13 +117,12 @@ fn score(page: &mut String, speaker: Speaker, claims: &[&Claim]) {
         };
         writeln!(
             page,
-            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{}{}.",
-            kind.word(),
-            count("agrees"),
-            count("differs"),
-            count("not reached"),
-            some("undecided", "undecided"),
-            some("in the spread", "in a spread")
+            "- *{word}* ({meaning}): {} agree, {} differ, {} not reached{}{}.",
+            count(Verdict::Agrees),
+            count(Verdict::Differs),
+            count(Verdict::NotReached),
+            some(Verdict::Undecided, "undecided"),
+            some(Verdict::InTheSpread, "in a spread")
         )
         .expect("writing to a string cannot fail");
     }

@@ -54,7 +54,7 @@
 //! - `adaptive`: steps of varying length, for friction under which nothing sticks.
 //! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
 //!   the runs of a process.
-//! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
+//! - [`equality`]: compares two solvers, and settles what rounding decides.
 //!
 //! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
 //! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
@@ -70,7 +70,6 @@ mod cost;
 mod counters;
 mod energy;
 pub mod equality;
-mod exact;
 mod fast;
 mod given_start;
 mod instability_stop;
@@ -102,7 +101,6 @@ mod window;
 
 pub use adaptive::{AdaptiveState, Crossing};
 pub use counters::Counters;
-pub use exact::Exact;
 pub use instability_stop::MOST_SCHEME_SHARE;
 pub use junctions::JunctionState;
 pub use kind::SolverKind;

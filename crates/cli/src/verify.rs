@@ -31,8 +31,8 @@ simulated second of a run of 100 blocks in steps of 1e-8 s. Two runs are equal
 if every switch happens in the same step, every event has the same integers, and
 every number agrees within 1e-9 of the largest of its kind. Where a block comes
 so close to switching that rounding decides, the solvers may see the switch some
-steps apart. Each such near tie is proved by computing the step without
-rounding, and must be listed in the folder of --near-ties.
+steps apart. In each such near tie the plain solver must have the block within
+rounding of its switch, and the folder of --near-ties must list it.
 
 A run by rate-and-state friction is compared with itself at a hundredth of
 time.tolerance, which must be 1e-10 or above (docs/rate-and-state.md).")]

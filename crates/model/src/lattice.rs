@@ -174,8 +174,7 @@ impl Lattice {
         match (self.table.loops, self.plane()) {
             (Loops::Plane, Some(plane)) => plane.pull(springs_n, dashpots_n, u, v),
             (Loops::Cube, _) => {
-                let all = 0..self.lanes * self.rows;
-                self.pull_lines(all, &mut self.split(springs_n), &mut self.split(dashpots_n), u, v);
+                self.cube().pull(&mut self.split(springs_n), &mut self.split(dashpots_n), u, v);
             }
             _ => {
                 for freedom in 0..self.freedoms() {
@@ -186,31 +185,9 @@ impl Lattice {
         }
     }
 
-    /// Whether [`Lattice::pull`] can be computed line by line.
-    pub fn has_lines(&self) -> bool {
-        self.table.loops == Loops::Cube
-    }
-
-    /// A part of [`Lattice::pull`], with the same bits: the pulls on the nodes of some lines, axis by axis.
-    ///
-    /// # Panics
-    /// If it cannot be computed line by line.
-    #[inline(always)]
-    pub fn pull_lines(
-        &self,
-        lines: Range<usize>,
-        springs_n: &mut [&mut [f64]; 3],
-        dashpots_n: &mut [&mut [f64]; 3],
-        u: &[f64],
-        v: &[f64],
-    ) {
-        assert!(self.has_lines(), "its loops are not over lines");
-        self.cube().pull(lines, springs_n, dashpots_n, u, v);
-    }
-
     /// Splits an array over the freedoms of a body into its axes.
     #[inline(always)]
-    pub fn split<'a>(&self, values: &'a mut [f64]) -> [&'a mut [f64]; 3] {
+    fn split<'a>(&self, values: &'a mut [f64]) -> [&'a mut [f64]; 3] {
         let (x, rest) = values.split_at_mut(self.nodes());
         let (y, z) = rest.split_at_mut(self.nodes());
         [x, y, z]

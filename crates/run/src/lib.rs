@@ -44,7 +44,6 @@ mod at_once;
 mod check;
 #[cfg(test)]
 mod code_version;
-mod crew;
 pub mod detectors;
 mod event_check;
 mod field;

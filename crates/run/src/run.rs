@@ -1,7 +1,6 @@
 //! Runs a scenario: simulator, detectors and log writer, connected by the stream.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
@@ -10,9 +9,8 @@ use asperity_model::{EVENT_SPEED_RATIO, Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, Notice, Observer, Record, RunEnd, RunHeader, RunStatus};
 use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
-use asperity_simulator::{Counters, Crew, Next, SimulationError, Solver, SolverKind, Stop};
+use asperity_simulator::{Counters, Next, SimulationError, Solver, SolverKind, Stop};
 
-use crate::crew::Pool;
 use crate::detectors::{self, Settings, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
@@ -44,10 +42,8 @@ pub struct Task<'a> {
 /// The threads of a run. The result is the same either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Threads {
-    /// As [`Threads::Several`], and all cores for the steps of a large body, which finishes a single run fastest.
-    #[default]
-    All,
     /// Solver and detectors on a thread each, for fewer runs than cores.
+    #[default]
     Several,
     /// Everything on the calling thread, for one run per core.
     One,
@@ -250,11 +246,7 @@ pub fn run(
     let mut detectors = Settings::default().start(&header, None).with_spring_factors(plan.spring_factors());
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
-    let pool = if threads == Threads::All { Pool::of(&plan).map(Arc::new) } else { None };
-    let mut solver = solver.start(plan.clone());
-    if let Some(pool) = &pool {
-        solver.work_with(&(Arc::<Pool>::clone(pool) as Arc<dyn Crew>));
-    }
+    let solver = solver.start(plan.clone());
     let mut source = Source {
         solver,
         stop,
@@ -311,9 +303,7 @@ pub fn run(
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
     };
     let outcome = match threads {
-        Threads::All | Threads::Several => {
-            crate::stream::run_led_by(pool.as_deref(), || source.next(), detectors, sink)
-        }
+        Threads::Several => crate::stream::run(|| source.next(), detectors, sink),
         Threads::One => crate::stream::run_in_turn(|| source.next(), detectors, sink),
     };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {

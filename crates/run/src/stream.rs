@@ -57,8 +57,6 @@ use asperity_detect::Detectors;
 use asperity_record::{Checkpoint, Event, Record};
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-use crate::crew::Pool;
-
 /// The output of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
@@ -105,19 +103,6 @@ const CHANNEL_CAPACITY: usize = 64;
 /// The first failure of source, sink or thread creation. After a failure the detectors are not finished,
 /// since they would end events that a complete run would not have ended.
 pub fn run<SourceError, SinkError>(
-    source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
-    detectors: Detectors,
-    sink: impl FnMut(Item) -> Result<(), SinkError>,
-) -> Result<(), StreamError<SourceError, SinkError>>
-where
-    SourceError: Send,
-{
-    run_led_by(None, source, detectors, sink)
-}
-
-/// As [`run`], with the source on a thread of a pool.
-pub(crate) fn run_led_by<SourceError, SinkError>(
-    pool: Option<&Pool>,
     mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
     mut detectors: Detectors,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
@@ -131,13 +116,7 @@ where
         let no_thread = |error: std::io::Error| StreamError::Thread(error.to_string());
         // If the second thread fails to start, the first finds its channel closed and ends.
         let source_thread = thread::Builder::new()
-            .spawn_scoped(scope, move || {
-                let mut feed = || feed(&mut source, &to_detectors);
-                match pool {
-                    Some(pool) => pool.lead(feed),
-                    None => feed(),
-                }
-            })
+            .spawn_scoped(scope, move || feed(&mut source, &to_detectors))
             .map_err(no_thread)?;
         let detector_thread = thread::Builder::new()
             .spawn_scoped(scope, move || detect(&mut detectors, &records, &to_sink))

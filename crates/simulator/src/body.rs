@@ -13,13 +13,11 @@ pub(crate) use chain::ChainBody;
 pub(crate) use lattice::LatticeBody;
 
 use std::fmt::Debug;
-use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
-use crate::crew::Crew;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::state::SliderState;
@@ -27,9 +25,6 @@ use crate::strength::Load;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {
-    /// Lets threads compute parts of its steps.
-    fn work_with(&mut self, _crew: &Arc<dyn Crew>) {}
-
     /// Counts the energies of a run that begins in a given state from there.
     fn begin_in(&mut self, _plan: &Plan, _state: &mut SliderState) {}
 

@@ -24,7 +24,6 @@ use asperity_record::Energy;
 
 use crate::body::OfPlan;
 use crate::counters::Counters;
-use crate::crew::Crew;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
@@ -228,11 +227,6 @@ impl<L: Leaps> Fast<L> {
 impl<L: Leaps> Solver for Fast<L> {
     fn name(&self) -> &'static str {
         NAME
-    }
-
-    fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        self.stepper.work_with(crew);
-        self.aside.work_with(crew);
     }
 
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {

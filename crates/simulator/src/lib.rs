@@ -2,8 +2,7 @@
 //!
 //! A solver is a state machine: a call for the next [`Record`](asperity_record::Record) advances it as far
 //! as necessary, or until the caller wants it back ([`Stop`]). It does no I/O, reads no clock and starts no
-//! thread, so that the same plan gives the same records wherever it runs; threads that are handed in ([`Crew`])
-//! compute parts of a step without a change of its bits.
+//! thread, so that the same plan gives the same records wherever it runs.
 //!
 //! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified
@@ -42,7 +41,6 @@
 //! - `pace`: a [`Snapshot`], the slider with the accounts of its solver; `given_start` leaves it to another run.
 //! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
 //!   law (`law`); `kernels` below it has the loops over all blocks.
-//! - `crew`: threads that are handed in for the steps of large bodies.
 //! - `junctions`: the step of contacts that consist of many junctions.
 //! - `energy` and `ledger`: the balance of the work of the drive.
 //! - `instability_stop`: ends a run whose time step itself adds too much energy.
@@ -56,7 +54,7 @@
 //! - `adaptive`: steps of varying length, for friction under which nothing sticks.
 //! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
 //!   the runs of a process.
-//! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
+//! - [`equality`]: compares two solvers, and settles what rounding decides.
 //!
 //! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
 //! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
@@ -70,10 +68,8 @@ mod clearance;
 mod complex;
 mod cost;
 mod counters;
-mod crew;
 mod energy;
 pub mod equality;
-mod exact;
 mod fast;
 mod given_start;
 mod instability_stop;
@@ -105,8 +101,6 @@ mod window;
 
 pub use adaptive::{AdaptiveState, Crossing};
 pub use counters::Counters;
-pub use crew::{Crew, most_threads};
-pub use exact::Exact;
 pub use instability_stop::MOST_SCHEME_SHARE;
 pub use junctions::JunctionState;
 pub use kind::SolverKind;

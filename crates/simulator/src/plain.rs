@@ -8,7 +8,6 @@ use asperity_model::Plan;
 use crate::bodies::{WithBody, with_body};
 use crate::body::OfPlan;
 use crate::counters::Counters;
-use crate::crew::Crew;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
@@ -29,7 +28,6 @@ pub struct Plain {
 
 /// A stepper, whatever its body.
 trait AnyStepper: SingleSteps + Debug + Send {
-    fn work_with(&mut self, crew: &Arc<dyn Crew>);
     fn take_step(&mut self) -> Driving;
     fn counters(&self) -> Counters;
     fn restore(&mut self, state: &SliderState);
@@ -37,10 +35,6 @@ trait AnyStepper: SingleSteps + Debug + Send {
 }
 
 impl<B: OfPlan> AnyStepper for Stepper<B> {
-    fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        self.work_with(crew);
-    }
-
     fn take_step(&mut self) -> Driving {
         self.take_step(u64::MAX)
     }
@@ -107,10 +101,6 @@ impl Plain {
 impl Solver for Plain {
     fn name(&self) -> &'static str {
         Plain::NAME
-    }
-
-    fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        self.stepper.work_with(crew);
     }
 
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {

@@ -1,11 +1,8 @@
 //! The interface of solvers.
 
-use std::sync::Arc;
-
 use asperity_record::{Record, RunStatus};
 
 use crate::counters::Counters;
-use crate::crew::Crew;
 use crate::pace::Snapshot;
 use crate::stop::Stop;
 
@@ -28,9 +25,6 @@ pub enum Next {
 pub trait Solver: Send {
     /// The solver's name in run headers and on the command line.
     fn name(&self) -> &'static str;
-
-    /// Lets threads compute parts of its steps: the same records, to the bit.
-    fn work_with(&mut self, _crew: &Arc<dyn Crew>) {}
 
     /// Advances to the next record; `None` once the run is over and all records were returned.
     ///
@@ -82,10 +76,6 @@ pub trait Solver: Send {
 impl<S: Solver + ?Sized> Solver for Box<S> {
     fn name(&self) -> &'static str {
         (**self).name()
-    }
-
-    fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        (**self).work_with(crew);
     }
 
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {

@@ -28,7 +28,6 @@ use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
 use crate::counters::Counters;
-use crate::crew::Crew;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::single_step::{Driving, SingleSteps};
@@ -76,11 +75,6 @@ impl<B: Body> Stepper<B> {
             state,
             plan,
         }
-    }
-
-    /// Lets threads compute parts of its steps.
-    pub(crate) fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        self.body.work_with(crew);
     }
 
     /// The state after the last step taken.

@@ -131,23 +131,19 @@ impl Bonds {
 }
 
 impl Cube {
-    /// The pull of springs, and of dashpots, between nodes on all freedoms of the nodes of some lines.
+    /// The pull of springs, and of dashpots, between nodes on all freedoms.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
     pub(super) fn pull(
         &self,
-        of_lines: Range<usize>,
         springs_n: &mut [&mut [f64]; 3],
         dashpots_n: &mut [&mut [f64]; 3],
         u: &[f64],
         v: &[f64],
     ) {
         let [columns, lanes, rows] = self.counts;
-        let (nodes, of_line) = (columns * lanes * rows, columns.div_ceil(PIECE));
-        let (pieces, first_node) =
-            (of_lines.start * of_line..of_lines.end * of_line, of_lines.start * columns);
-        let own = |piece: Piece| piece.nodes().start - first_node..piece.nodes().end - first_node;
+        let (nodes, pieces) = (columns * lanes * rows, 0..lanes * rows * columns.div_ceil(PIECE));
         let (mut springs, mut dashpots) = ([NO_PARTS; 3], NO_PARTS);
         for number in pieces.clone() {
             let (piece, starts, bonds) = self.piece(number);
@@ -158,7 +154,7 @@ impl Cube {
             sum_springs(&mut springs, &around, piece, &bonds);
             for axis in 0..3 {
                 let Parts { ahead, behind, own: of_column } = &springs[axis];
-                let force_n = &mut springs_n[axis][own(piece)];
+                let force_n = &mut springs_n[axis][piece.nodes()];
                 add_parts(force_n, of_column, ahead, behind, 0.5 * self.stiffness_n_per_m);
             }
         }
@@ -169,7 +165,7 @@ impl Cube {
                 let (piece, starts, bonds) = self.piece(number);
                 let Parts { ahead: beside, own: of_column, .. } = &mut dashpots;
                 sum_dashpots(beside, of_column, &lines(v, &starts, piece.around().len()), piece, &bonds);
-                add_parts(&mut force_n[own(piece)], of_column, beside, beside, self.damping_kg_per_s);
+                add_parts(&mut force_n[piece.nodes()], of_column, beside, beside, self.damping_kg_per_s);
             }
         }
     }

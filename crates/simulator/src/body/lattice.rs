@@ -17,14 +17,13 @@
 //! outside.
 
 use std::array;
-use std::ops::{Add, Range};
+use std::ops::Range;
 use std::sync::Arc;
 
 use asperity_model::{Lattice, Plan};
 use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
-use crate::crew::{self, Alone, Crew};
 use crate::energy::Bookkeeping;
 use crate::junctions::{JunctionLoops, Loaded};
 use crate::kernels::{After, Forces, MovedContacts, MovedWork, Rubbed, Simd};
@@ -38,9 +37,6 @@ use crate::strength::{Load, Strength};
 pub(crate) struct LatticeBody<const D: usize = 1> {
     lattice: Lattice,
     simd: Simd,
-    crew: Arc<dyn Crew>,
-    /// Nodes that are computed together.
-    chunks: Vec<Range<usize>>,
     law: Arc<dyn ContactLoops<D>>,
     junctions: Option<JunctionLoops>,
     /// Pull of the springs and of the dashpots between nodes, and forces from outside, on all
@@ -99,10 +95,8 @@ impl<const D: usize> LatticeBody<D> {
             friction_n: vec![0.0; D * contacts],
             work: MovedWork::default(),
             initial_j: 0.0,
-            chunks: crew::chunks_of(&lattice),
             lattice,
             simd,
-            crew: Arc::new(Alone),
             law,
             junctions: None,
         }
@@ -112,43 +106,6 @@ impl<const D: usize> LatticeBody<D> {
     fn upward(&self) -> Option<Range<usize>> {
         let nodes = self.lattice.nodes();
         self.lattice.table.upward().map(|axis| axis * nodes..(axis + 1) * nodes)
-    }
-
-    /// The pull of springs and of dashpots between nodes.
-    fn pull(&mut self, u: &[f64], v: &[f64]) {
-        let LatticeBody { lattice, simd, crew, chunks, springs_n, dashpots_n, .. } = self;
-        let (lattice, simd) = (&*lattice, *simd);
-        if chunks.len() == 1 {
-            return simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
-        }
-        let forces_n = cut(lattice.split(springs_n), chunks).zip(cut(lattice.split(dashpots_n), chunks));
-        crew::each(&**crew, forces_n.zip(&*chunks), |((springs_n, dashpots_n), nodes)| {
-            let lines = nodes.start / lattice.columns..nodes.end / lattice.columns;
-            simd.lattice_pull_lines(springs_n, dashpots_n, u, v, lattice, lines);
-        });
-    }
-
-    /// Moves all nodes by the forces on them.
-    fn move_nodes(&mut self, u: &mut [f64], v: &mut [f64], dt: f64, dt_over_m: f64) {
-        let LatticeBody { lattice, simd, crew, chunks, springs_n, dashpots_n, outer_n, .. } = self;
-        let (simd, nodes) = (*simd, lattice.nodes());
-        let forces = |of: Range<usize>| {
-            let [springs, dashpots, outer] = [&springs_n, &dashpots_n, &outer_n].map(|all| &all[of.clone()]);
-            Forces { springs, dashpots, outer, dt, dt_over_m }
-        };
-        if chunks.len() == 1 {
-            self.work = simd.lattice_move(u, v, &forces(0..u.len()));
-            return;
-        }
-        let mut work = vec![[MovedWork::default(); 3]; chunks.len()];
-        let moved = cut(lattice.split(u), chunks).zip(cut(lattice.split(v), chunks));
-        crew::each(&**crew, moved.zip(&mut work).zip(&*chunks), |(((u, v), work), of_chunk)| {
-            for axis in 0..3 {
-                let forces = forces(axis * nodes + of_chunk.start..axis * nodes + of_chunk.end);
-                work[axis] = simd.lattice_move(u[axis], v[axis], &forces);
-            }
-        });
-        self.work = work.into_iter().flatten().fold(MovedWork::default(), MovedWork::add);
     }
 
     /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
@@ -167,16 +124,6 @@ impl<const D: usize> LatticeBody<D> {
     }
 }
 
-/// Cuts each axis of an array over nodes into chunks.
-fn cut<'a>(
-    mut axes: [&'a mut [f64]; 3],
-    chunks: &[Range<usize>],
-) -> impl Iterator<Item = [&'a mut [f64]; 3]> {
-    let of_chunk =
-        |axis: &mut &'a mut [f64], count| axis.split_off_mut(..count).expect("chunks are all nodes");
-    chunks.iter().map(move |nodes| axes.each_mut().map(|axis| of_chunk(axis, nodes.len())))
-}
-
 /// Splits an array into its `D` axes, each of that many consecutive numbers.
 fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) -> [&[f64]; D] {
     array::from_fn(|axis| &values[axis * from_one_to_next..][..count])
@@ -187,10 +134,6 @@ impl<const D: usize> Body for LatticeBody<D> {
         let energy = self.energy(plan, state);
         state.energy.scheme_work_j.add(-energy.scheme_work_j);
         self.initial_j = energy.kinetic_j + energy.elastic_j;
-    }
-
-    fn work_with(&mut self, crew: &Arc<dyn Crew>) {
-        self.crew = Arc::clone(crew);
     }
 
     fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
@@ -220,8 +163,8 @@ impl<const D: usize> Body for LatticeBody<D> {
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        self.pull(u, v);
         let LatticeBody { lattice, simd, springs_n, dashpots_n, outer_n, .. } = self;
+        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let first = if plan.friction.law.holds() { 0 } else { D };
         for axis in first..lattice.axes() {
             let former = axis * contacts..(axis + 1) * contacts;
@@ -277,7 +220,9 @@ impl<const D: usize> Body for LatticeBody<D> {
                 self.law.rub(*simd, contacts)
             }
         };
-        self.move_nodes(&mut state.displacement_m, &mut state.velocity_m_per_s, dt, dt_over_m);
+        let LatticeBody { simd, springs_n, dashpots_n, outer_n, .. } = self;
+        let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
+        self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
             let loaded = Loaded::new(
                 state.step,
@@ -381,8 +326,8 @@ impl<const D: usize> Body for LatticeBody<D> {
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
         let (ledger, u, v) = (&state.energy, &state.displacement_m, &state.velocity_m_per_s);
-        self.pull(u, v);
-        let LatticeBody { lattice, springs_n, .. } = self;
+        let LatticeBody { lattice, simd, springs_n, dashpots_n, .. } = self;
+        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
         let (kinetic_j, elastic_j) = stored_j(plan, lattice, state);
         Energy {

@@ -1,7 +1,5 @@
 //! The loops over the nodes of a lattice: the pull between them, and their motion.
 
-use std::ops::{Add, Range};
-
 use asperity_model::Lattice;
 
 use crate::kernels::simd::{Simd, dispatch};
@@ -10,14 +8,6 @@ impl Simd {
     dispatch! {
         /// The pulls of springs and of dashpots between nodes on all freedoms.
         lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice)
-    }
-
-    dispatch! {
-        /// Those on the nodes of some lines, axis by axis, with the same bits.
-        lattice_pull_lines(
-            springs: &mut [&mut [f64]; 3], dashpots: &mut [&mut [f64]; 3], u: &[f64], v: &[f64], lattice: &Lattice,
-            lines: Range<usize>
-        )
     }
 
     dispatch! {
@@ -48,33 +38,9 @@ pub(crate) struct MovedWork {
     pub(crate) square: f64,
 }
 
-impl Add for MovedWork {
-    type Output = MovedWork;
-
-    fn add(self, more: MovedWork) -> MovedWork {
-        MovedWork {
-            springs: self.springs + more.springs,
-            dashpots: self.dashpots + more.dashpots,
-            square: self.square + more.square,
-        }
-    }
-}
-
 #[inline(always)]
 fn lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice) {
     lattice.pull(springs, dashpots, u, v);
-}
-
-#[inline(always)]
-fn lattice_pull_lines(
-    springs: &mut [&mut [f64]; 3],
-    dashpots: &mut [&mut [f64]; 3],
-    u: &[f64],
-    v: &[f64],
-    lattice: &Lattice,
-    lines: Range<usize>,
-) {
-    lattice.pull_lines(lines, springs, dashpots, u, v);
 }
 
 /// Lanes of a sum: its order is the same on every machine.
@@ -144,17 +110,6 @@ mod tests {
                 let mut bits = Vec::new();
                 for step in 0..20 {
                     simd.lattice_pull(&mut springs, &mut dashpots, &u, &v, &lattice);
-                    // Line by line as well.
-                    if lattice.has_lines() {
-                        let line = step as usize % (lattice.nodes() / lattice.columns);
-                        let nodes = line * lattice.columns..(line + 1) * lattice.columns;
-                        let (mut springs_too, mut dashpots_too) = (springs.clone(), dashpots.clone());
-                        let [springs_n, dashpots_n] = &mut [&mut springs_too, &mut dashpots_too]
-                            .map(|all| lattice.split(all).map(|axis| &mut axis[nodes.clone()]));
-                        springs_n.iter_mut().chain(&mut *dashpots_n).for_each(|axis| axis.fill(f64::NAN));
-                        simd.lattice_pull_lines(springs_n, dashpots_n, &u, &v, &lattice, line..line + 1);
-                        assert!(springs == springs_too && dashpots == dashpots_too, "{simd:?}, {lattice:?}");
-                    }
                     let outer = numbers(5 + step);
                     let forces = Forces {
                         springs: &springs,

@@ -1,11 +1,8 @@
 //! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
 //! numbers within rounding.
 
-use std::sync::Arc;
-use std::thread;
-
-use asperity_simulator::{Crew, SliderState, Solver, SolverKind, most_threads};
-use asperity_testkit::{Random, plan};
+use asperity_simulator::{SliderState, SolverKind};
+use asperity_testkit::Random;
 
 use crate::every_body::{BODY, SHEET};
 use crate::fast_and_plain::{compare_random, entries, fields, run, vibrations};
@@ -178,57 +175,4 @@ fn compare_areas(seeds: std::ops::Range<u64>) {
     let found = compare_random(seeds, random_area, [20, 0, 50_000], |_, _| {});
     assert!(found.stopped.is_empty() && found.ties.len() <= count / 8, "{found:?}");
     assert!(found.parted.is_empty() && found.amplified.is_empty(), "{found:?}");
-}
-
-/// Threads that are started for each step, or the calling thread from the last part to the first.
-#[derive(Debug)]
-enum TestCrew {
-    Threads(usize),
-    Backwards(usize),
-}
-
-impl Crew for TestCrew {
-    fn threads(&self) -> usize {
-        let (TestCrew::Threads(count) | TestCrew::Backwards(count)) = self;
-        *count
-    }
-
-    fn at_once(&self, parts: &mut [&mut (dyn FnMut() + Send)]) {
-        assert!(parts.len() > 1 && parts.len() <= self.threads(), "{} parts for {self:?}", parts.len());
-        match self {
-            TestCrew::Threads(_) => thread::scope(|scope| {
-                for part in parts {
-                    scope.spawn(part);
-                }
-            }),
-            TestCrew::Backwards(_) => parts.iter_mut().rev().for_each(|part| part()),
-        }
-    }
-}
-
-/// A body that is large enough for parts, pulled fast enough to detach contacts at once.
-#[test]
-fn a_step_has_the_same_bits_with_any_number_of_threads() {
-    let of_slider = "slider.across=65 slider.width_m=0.16 slider.rows=11 slider.height_m=0.025";
-    let of_run = "drive.velocity_m_per_s=2 drive.across=2 time.duration_s=2e-5 recording.sample_s=1e-6";
-    let plan = Arc::new(plan("body", &of_slider.split(' ').chain(of_run.split(' ')).collect::<Vec<_>>()));
-    assert_eq!(most_threads(&plan), 20);
-    let run = |crew: Option<TestCrew>| {
-        let (mut solver, mut records) = (SolverKind::Fast.start(Arc::clone(&plan)), Vec::new());
-        if let Some(crew) = crew {
-            solver.work_with(&(Arc::new(crew) as Arc<dyn Crew>));
-        }
-        while let Some(record) = solver.next_record().expect("it runs") {
-            // Debug output distinguishes finite doubles to the bit.
-            records.push(format!("{record:?}"));
-        }
-        (records, solver.counters().switches, format!("{:?}", solver.snapshot()))
-    };
-    let alone = run(None);
-    assert!(alone.1 > 5 && alone.0.len() > 20, "{} switches, {} records", alone.1, alone.0.len());
-    for crew in [TestCrew::Threads(2), TestCrew::Backwards(3), TestCrew::Threads(7), TestCrew::Backwards(50)]
-    {
-        let name = format!("{crew:?}");
-        assert!(run(Some(crew)) == alone, "{name}");
-    }
 }

@@ -340,8 +340,12 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         for (members, problem) in [
             ("3", "line 27, column 8: each: it is no list (accepted: a list of tables)"),
             ("[3]", "line 27, column 8: each: a member is no table (accepted: a list of tables)"),
-            ("[{ about = 3 }]", "line 27, column 18: about = 3 is not accepted (accepted: a text in quotes)"),
-            ("[{ abuot = \"a\" }]", "line 27, column 10: abuot: unknown key (did you mean about?)"),
+            ("[{ about = 3 }]", "line 27, column 19: about = 3 is not accepted (accepted: a text in quotes)"),
+            (
+                "[{ abuot = \"a\" }]",
+                "line 27, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 13 \
+                 others, see docs/figures.md and docs/scenarios.md)",
+            ),
         ] {
             assert_eq!(Pipeline::parse(&each(members)).unwrap_err(), problem);
         }

@@ -129,6 +129,24 @@ impl NamedCurves {
         if self.x == "block n" && run.of_one_row().is_none() { "column i" } else { self.x }
     }
 
+    /// Keys that are given as `KEY=VALUE`.
+    ///
+    /// # Errors
+    /// In words, with what is accepted.
+    pub fn keys_of(&self, set: &[String]) -> Result<CurveKeys, String> {
+        let mut table = toml::Table::new();
+        for assignment in set {
+            let (key, _) = assignment.split_once('=').unwrap_or((assignment, ""));
+            if !self.keys.contains(&key.trim()) {
+                let accepted = if self.keys.is_empty() { "none".to_owned() } else { self.keys.join(", ") };
+                return Err(format!("{key}: curves {} have no such key (accepted: {accepted})", self.name));
+            }
+            let parsed: toml::Table = assignment.parse().map_err(|error| format!("{assignment}: {error}"))?;
+            table.extend(parsed);
+        }
+        table.try_into().map_err(|error| format!("{}: {error}", set.join(", ")))
+    }
+
     /// What they read of a run.
     pub fn required_data(&self, keys: &CurveKeys) -> RequiredData {
         (self.required)(keys)

@@ -271,3 +271,32 @@ fn pulse(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     }
     Ok(curves)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::curve::{NamedCurves, Role};
+    use crate::made_up;
+
+    #[test]
+    fn a_slab_has_the_shear_of_all_its_contacts() {
+        let mut run = made_up::slab(&[]);
+        // As the run begins: each contact bears its part of the load.
+        run.plan.normal_load_n = vec![100.0, 200.0, 100.0];
+        let named = NamedCurves::find("initial-shear").unwrap();
+        let curves = named.of(&run, &named.keys_of(&[]).unwrap()).unwrap();
+        assert_eq!(curves[0].points, [(0.0, -0.2), (0.5, 0.0), (1.0, 0.2)]);
+        assert_eq!(curves[1].points, curves[0].points);
+        assert_eq!((curves[2].label.as_str(), curves[2].role), ("slabs at rest", Role::Remark));
+    }
+
+    #[test]
+    fn names_and_keys_are_checked() {
+        let named = NamedCurves::find("forces").unwrap();
+        assert_eq!(named.keys_of(&["to_s=2".to_owned()]).unwrap().to_s, Some(2.0));
+        let refused = |set: &str| named.keys_of(&[set.to_owned()]).unwrap_err();
+        assert_eq!(refused("blocks=3"), "blocks: curves forces have no such key (accepted: from_s, to_s)");
+        assert!(refused("to_s=\"soon\"").contains("invalid type: string"), "{}", refused("to_s=\"soon\""));
+        let unknown = NamedCurves::find("force").unwrap_err();
+        assert!(unknown.starts_with("there is no curve \"force\"; did you mean forces?"), "{unknown}");
+    }
+}

@@ -51,6 +51,7 @@
 
 pub mod batch;
 mod comma;
+pub mod curves;
 mod error;
 pub mod event_file;
 pub mod export;

@@ -127,7 +127,8 @@ impl Scale {
         let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
         let (low, high) =
             places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
-        if low > high {
+        // Nothing, or zero alone, is shown from 0 to 1.
+        if low > high || (!self.log && low == 0.0 && high == 0.0) {
             return self.clone();
         }
         let least = if self.log { 0.5 } else { (0.1 * low.abs()).max(1e-9) };

@@ -485,7 +485,7 @@ impl Run {
         let keys = keys.map_or_else(|| Ok(Vec::new()), |keys| items(keys.as_mapping()))?;
         let set = keys.iter().map(|(key, value)| assigned(key, value)).collect::<PyResult<Vec<_>>>()?;
         let keys = named.keys_of(&set).map_err(refused)?;
-        let Source { name, header, .. } = &*self.source;
+        let Source { name, header, .. } = &self.source;
         let collector =
             Collector::new(name, header.clone(), self.source.scenario()?.clone(), named.required_data(&keys));
         let (collector, has_ruptures, end) = self.source.observe(py, |_| collector)?;

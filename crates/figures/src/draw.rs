@@ -36,6 +36,7 @@ mod lines;
 mod load;
 mod load_ruptures;
 mod loads;
+mod measured;
 mod moment_duration;
 mod moment_rates;
 mod moments;
@@ -73,10 +74,10 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::spec::{self, Family, Lengths, PhaseMap};
+use crate::spec::{self, Family, Lengths, MeasuredFile, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
-use kind::{AnyFigure, AnyPart, Figure, Parts};
+use kind::{AnyFigure, AnyPart, Figure, Framed, Parts};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
@@ -234,7 +235,27 @@ impl Figures {
             }
         }
         self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
-        self.lengths.iter().try_for_each(Lengths::check)
+        self.lengths.iter().try_for_each(Lengths::check)?;
+        let of_load = self.load.iter().map(|load| (load.frame().file, load.measured()));
+        let of_lengths = self.lengths.iter().map(|lengths| (lengths.frame().file, lengths.measured()));
+        of_load.chain(of_lengths).try_for_each(|(file, measured)| {
+            measured.map(drop).map_err(|problem| format!("figure {file}: {problem}"))
+        })
+    }
+
+    /// The files of measured points that were read: each by its path in the figure, and its text.
+    pub fn measured(&self) -> impl Iterator<Item = (&str, &str)> {
+        let of_load = self.load.iter().filter_map(|load| load.measured.as_ref());
+        let of_lengths = self.lengths.iter().filter_map(|lengths| lengths.measured.as_ref());
+        let of_family = self.family.iter().filter_map(|family| family.measured.as_ref());
+        of_load.chain(of_lengths).chain(of_family).filter_map(MeasuredFile::read_text)
+    }
+
+    /// The files of measured points that figures name, to be read before [`Figures::check`].
+    pub fn measured_mut(&mut self) -> impl Iterator<Item = &mut MeasuredFile> {
+        let of_load = self.load.iter_mut().filter_map(|load| load.measured.as_mut());
+        let of_lengths = self.lengths.iter_mut().filter_map(|lengths| lengths.measured.as_mut());
+        of_load.chain(of_lengths).chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
     }
 
     /// Those of the tables of runs over axes.

@@ -92,6 +92,13 @@ impl Figure for Lengths {
                 }
             }
         }
+        let mut tallest: f64 = 1.08;
+        for layer in self.measured()?.iter().flat_map(|measured| measured.layers([false; 2])) {
+            for (load, length) in layer.points() {
+                (longest, tallest) = (longest.max(load), tallest.max(length * 1.06));
+            }
+            series.push(layer);
+        }
         if let (Some(law), false) = (self.law, any_line) {
             return Err(format!(
                 "law = {} has no line: {} is that of a chain, and no run is of one (accepted: no law, or a run of a \
@@ -110,7 +117,7 @@ impl Figure for Lengths {
         let mut drawn = series.clone();
         drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
-        let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
+        let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, tallest);
         Ok(Sheet::single(x, y, drawn).noted(&note))
     }
 }

@@ -11,12 +11,18 @@ use asperity_numbers::run_data::{self, RunData};
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
+use crate::spec::{Measured, MeasuredAxis, MeasuredFile};
 
 keys! {
     Load: run;
 
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
+    /// A CSV file of measured points, drawn as hollow marks with bars of errors: columns `time_s` or `t (s)`, and
+    /// `ft_fn` or `F_T/F_N`, each optionally with a column NAME_error. Its path is relative to this file.
+    pub(super) measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    measured_label: Option<String>,
 }
 
 /// Events after the first slip of the whole slider are drawn as lines if they fall into at most
@@ -32,7 +38,17 @@ impl Load {
             title: String::new(),
             width_mm: None,
             sliding: true,
+            measured: None,
+            measured_label: None,
         }
+    }
+
+    /// Its measured points.
+    pub(super) fn measured(&self) -> Result<Option<Measured>, String> {
+        let axes =
+            [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]].map(|names| MeasuredAxis { names, log: false });
+        let points = |file: &MeasuredFile| file.points(self.measured_label.as_deref(), axes);
+        self.measured.as_ref().map(points).transpose()
     }
 }
 
@@ -55,10 +71,17 @@ impl Figure for Load {
         let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
         let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
         let theory = theory.filter(is_seen).map(|points| Layer::line("theory", points, Dash::Dashed, GREEN));
-        let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
+        let measured =
+            self.measured()?.iter().flat_map(|measured| measured.layers([false; 2])).collect::<Vec<_>>();
+        let to_s = measured.iter().flat_map(Layer::points).fold(duration_s, |to, (t, _)| to.max(t));
+        let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, to_s);
         let y = Scale::free("F_T/F_N");
-        let series: Vec<Layer> =
-            coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
+        let series: Vec<Layer> = coefficient_lines(run, duration_s)
+            .into_iter()
+            .chain([simulated])
+            .chain(theory)
+            .chain(measured)
+            .collect();
         if !self.sliding {
             return Ok(Sheet::single(x, y, series));
         }
@@ -73,7 +96,7 @@ impl Figure for Load {
         let (before, after): (Vec<_>, Vec<_>) =
             peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
-        let x = Scale::between("t (s)", 0.0, duration_s);
+        let x = Scale::between("t (s)", 0.0, to_s);
         let y = Scale::counts("blocks sliding", f64::from(run.header.blocks));
         let series = vec![
             Layer::new("", Shape::Stems(points(before)), INK),

@@ -195,7 +195,14 @@ pub(super) fn family(
         }
     }
     explain(&mut legend, bands, has_theory.then_some((Dash::Dashed, "theory")));
-    let xs: Vec<f64> = gathered.samples.iter().map(|sample| sample.x).collect();
+    let mut xs: Vec<f64> = gathered.samples.iter().map(|sample| sample.x).collect();
+    let measured = figure.measured.iter().flat_map(|measured| measured.layers([figure.x.log, figure.y.log]));
+    for layer in measured {
+        let (across, upwards): (Vec<f64>, Vec<f64>) = layer.points().into_iter().unzip();
+        xs.extend(across);
+        ys.extend(upwards.into_iter().filter(|y| y.is_finite()));
+        legend.push(layer);
+    }
     let lowest = ys.iter().copied().fold(f64::INFINITY, f64::min);
     let x = Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite()));
     let y = Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest);
@@ -255,6 +262,13 @@ pub(super) fn lengths(
     largest = loads.fold(largest, |largest, load| largest.max(*load));
     let marked = gathered.marks.iter().map(|(.., load, _)| f64::from_bits(*load));
     largest = marked.fold(largest, f64::max);
+    let mut tallest: f64 = 1.05;
+    for layer in figure.measured.iter().flat_map(|measured| measured.layers([false; 2])) {
+        for (load, length) in layer.points() {
+            (largest, tallest) = (largest.max(load), tallest.max(length * 1.06));
+        }
+        legend.push(layer);
+    }
     let to = if largest > 0.0 { largest * 1.06 } else { 1.0 };
     for (&(panel, colour), Loads { runs, at_levels }) in &gathered.loads {
         let (_, color) = looks[colour];
@@ -310,7 +324,7 @@ pub(super) fn lengths(
     if is_tangled {
         legend.push(Layer::remark("laws differ"));
     }
-    let axes = [Scale::between(&figure.x.label, 0.0, to), Scale::between(&figure.y.label, 0.0, 1.05)];
+    let axes = [Scale::between(&figure.x.label, 0.0, to), Scale::between(&figure.y.label, 0.0, tallest)];
     Ok(sheet(gathered, panels, legend, bar, axes))
 }
 

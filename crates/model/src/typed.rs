@@ -26,8 +26,8 @@ pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, Type
     parse_prepared(text, listed_in, |_| Ok(()))
 }
 
-/// Reads a text after `prepare` has changed its table, or refused it at a place. Where a whole number is meant, `100.0` and `1e2` are accepted as well. `listed_in` names
-/// the place of long lists of names.
+/// Reads a text after `prepare` has changed its table, or refused it at a place. Where a whole number is meant, `100.0`
+/// and `1e2` are accepted as well. `listed_in` names the place of long lists of names.
 ///
 /// # Errors
 /// If it is not TOML, or does not match the type.

@@ -244,14 +244,21 @@ impl SpellOut {
     }
 }
 
-/// Whether a name fits a pattern, in which each `*` is any letters or none.
+/// Whether a name fits a pattern, in which each `*` is any letters or none. The first place of each part is as good as
+/// any later one, so that the work grows with the name alone.
 fn matches(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == name,
-        Some((start, rest)) => name.strip_prefix(start).is_some_and(|name| {
-            (0..=name.len()).any(|at| name.is_char_boundary(at) && matches(rest, &name[at..]))
-        }),
-    }
+    let Some((start, rest)) = pattern.split_once('*') else { return pattern == name };
+    let (middle, end) = rest.rsplit_once('*').unwrap_or(("", rest));
+    let between = name.strip_prefix(start).and_then(|name| name.strip_suffix(end));
+    let found =
+        |name: Option<&'_ str>, part: &str| name.and_then(|name| Some(name.split_once(part)?.1.len()));
+    between.is_some_and(|between| {
+        let parts = middle.split('*').filter(|part| !part.is_empty());
+        let left = parts.fold(Some(between.len()), |left, part| {
+            found(left.map(|left| &between[between.len() - left..]), part)
+        });
+        left.is_some()
+    })
 }
 
 #[cfg(test)]
@@ -313,6 +320,18 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         assert_eq!(pipeline.figure.runs().collect::<Vec<_>>(), all);
         assert_eq!(pipeline.claim[0].spread, all[1..]);
         assert_eq!(pipeline.claim[0].as_stated.as_ref().unwrap().spread, ["kicked-1", "kicked-2", "base"]);
+    }
+
+    #[test]
+    fn each_star_is_any_letters_or_none() {
+        for pattern in ["tau*-eta0", "*", "tau10-eta0", "*10*", "t*0-*0", "tau10-eta0*", "*a*-*t*0", "**"] {
+            assert!(super::matches(pattern, "tau10-eta0"), "{pattern}");
+        }
+        for pattern in ["tau*-eta", "au*", "tau10-eta0-*", "*0*0*0*", "tau10-eta0*0", "", "*eta*tau*"] {
+            assert!(!super::matches(pattern, "tau10-eta0"), "{pattern}");
+        }
+        // Thousands of stars take no longer than the name is.
+        assert!(!super::matches(&"*a".repeat(5_000), &"a".repeat(4_000)));
     }
 
     #[test]

@@ -250,14 +250,12 @@ fn matches(pattern: &str, name: &str) -> bool {
     let Some((start, rest)) = pattern.split_once('*') else { return pattern == name };
     let (middle, end) = rest.rsplit_once('*').unwrap_or(("", rest));
     let between = name.strip_prefix(start).and_then(|name| name.strip_suffix(end));
-    let found =
-        |name: Option<&'_ str>, part: &str| name.and_then(|name| Some(name.split_once(part)?.1.len()));
-    between.is_some_and(|between| {
-        let parts = middle.split('*').filter(|part| !part.is_empty());
-        let left = parts.fold(Some(between.len()), |left, part| {
-            found(left.map(|left| &between[between.len() - left..]), part)
-        });
-        left.is_some()
+    between.is_some_and(|mut left| {
+        middle.split('*').filter(|part| !part.is_empty()).all(|part| {
+            let found = left.split_once(part);
+            left = found.map_or("", |(_, behind)| behind);
+            found.is_some()
+        })
     })
 }
 

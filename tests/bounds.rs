@@ -17,19 +17,6 @@ fn parts_of(log: &Path) -> Vec<Part> {
     take_apart(&fs::read(log).expect("the log can be read"))
 }
 
-/// Three million equal rows in nineteen thousand bytes. The attack `limits` changes sound tables at random.
-#[test]
-fn parquet_that_stands_for_more_than_its_bytes_is_refused() {
-    let folder = asperity_testkit::folder();
-    let equal_rows =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/hostile/parquet/equal-rows.parquet");
-    let file = equal_rows.canonicalize().expect("the fixture is there");
-    for arguments in [&["events", text(&file)][..], &["diff", text(&file), text(&file)]] {
-        let said = refused(folder.path(), arguments, &file);
-        assert!(said.contains("(accepted: "), "{said}");
-    }
-}
-
 #[test]
 fn logs_of_more_than_a_log_has_are_refused_at_once() {
     let folder = asperity_testkit::folder();

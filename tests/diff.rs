@@ -27,7 +27,7 @@ fn write(folder: &Path, name: &str, content: &str) -> PathBuf {
 }
 
 #[test]
-fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
+fn runs_logs_and_tables_of_one_run_are_the_same() {
     let folder = folder();
     let [log, other] = ["run.mcap", "other.mcap"].map(|name| folder.path().join(name));
     small::run(&log);
@@ -35,7 +35,7 @@ fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
     let reduced = folder.path().join("reduced");
     succeed(&["reduce", text(&log), "--out", text(&reduced)]);
 
-    for side in [reduced.join("events.csv"), reduced.join("events.parquet"), log.clone(), reduced.clone()] {
+    for side in [reduced.join("events.csv"), log.clone(), reduced.clone()] {
         let (code, out, _) = diff(&[text(&log), text(&side)]);
         if side == reduced {
             // A folder is no file: its table has another name than the run.
@@ -46,6 +46,16 @@ fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
         assert_eq!(code, 0, "{out}");
         assert!(out.contains("28 identical") && out.ends_with("nothing differs\n"), "{out}");
     }
+
+    // Parquet is written for other programs.
+    let parquet = reduced.join("events.parquet");
+    let (code, _, said) = diff(&[text(&log), text(&parquet)]);
+    assert!(code == 2 && said.contains("written for other programs") && said.contains("as CSV"), "{said}");
+    let only_parquet = folder.path().join("only");
+    fs::create_dir(&only_parquet).expect("the folder can be written");
+    fs::copy(parquet, only_parquet.join("events.parquet")).expect("the folder can be written");
+    let (code, _, said) = diff(&[text(&log), text(&only_parquet)]);
+    assert!(code == 2 && said.contains("no tables that are read"), "{said}");
 
     // A truncated copy of the run: events that start after its end are open, not missing.
     let (code, report) = json(&[text(&log), text(&other)]);
@@ -144,7 +154,7 @@ fn what_cannot_be_compared_is_refused_with_its_place() {
     ));
     let (code, _, err) = diff(&[text(&good), "/nowhere/run.txt"]);
     assert_eq!(code, 2);
-    assert!(err.contains("(accepted: .mcap, .csv, .parquet, or a folder of them)"), "{err}");
+    assert!(err.contains("(accepted: .mcap, .csv, or a folder of them; Parquet"), "{err}");
     let policy = write(folder.path(), "policy.toml", "[columns.onset]\nabsolute = 1\n");
     let (code, _, err) = diff(&[text(&good), text(&good), "--policy", text(&policy)]);
     assert_eq!(code, 2);

@@ -19,7 +19,7 @@ const THINGS: [(&str, &str); 9] = [
     ("sweep.toml", "this is a sweep: asperity sweep go "),
     ("pipeline.toml", "this is a pipeline: asperity reproduce "),
     ("other.toml", "this is a TOML file"),
-    ("table.parquet", "this is a Parquet table: asperity events "),
+    ("table.parquet", "this is a Parquet table, which is written for other programs: give the log "),
     ("study", "this is the folder of a study: asperity sweep status "),
     ("made", "this is a folder of asperity reproduce: its logs are "),
     ("logs", "this is a folder of run logs: "),
@@ -51,7 +51,7 @@ impl Things {
 
 /// The commands on other things, and the kinds that each accepts.
 const COMMANDS: [(&str, &[&str]); 12] = [
-    ("diff SOUND FILE", &["a.mcap", "table.parquet", "study", "made", "logs"]),
+    ("diff SOUND FILE", &["a.mcap", "study", "made", "logs"]),
     ("reproduce FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
     ("verify-solver FILE --for-s 1e-7", &["pipeline.toml", "sweep.toml", "other.toml"]),
     ("sweep plan FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),

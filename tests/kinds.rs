@@ -10,6 +10,7 @@ use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{ends, outcome, succeed, text};
+use crate::support::parquet::csv_of;
 use asperity_record::{Parts, RunHeader, RunStatus, SolverReport};
 use asperity_run::detectors::{self, Settings};
 use asperity_run::{Task, Verdict};
@@ -294,11 +295,7 @@ fn every_table_has_the_columns_of_its_kind() {
             succeed(&["export", "--to", format, "--out", text(&out), text(run), text(still)]);
             let table = |run: &str, topic: &str| {
                 let path = out.join(format!("{run}.{topic}.{format}"));
-                if format == "parquet" {
-                    succeed(&["events", text(&path)])
-                } else {
-                    fs::read_to_string(path).unwrap()
-                }
+                if format == "parquet" { csv_of(&path) } else { fs::read_to_string(path).unwrap() }
             };
             for (topic, end) in kind.headings {
                 let of_topic = table("run", topic);
@@ -363,7 +360,7 @@ fn a_diff_compares_what_both_sides_have() {
             assert_eq!(found, *code, "{said}");
             assert!(says.iter().all(|says| said.contains(says)), "{says:?}: {said}");
             if let (0, Some((column, cell))) = (number, kind.matches) {
-                assert_eq!(row(&succeed(&["events", text(&matches)]), 0)[column].to_string(), cell);
+                assert_eq!(row(&csv_of(&matches), 0)[column].to_string(), cell);
             }
         }
     });

@@ -96,6 +96,7 @@ mod support {
     pub(crate) mod golden;
     pub(crate) mod markdown;
     pub(crate) mod pairs;
+    pub(crate) mod parquet;
     pub(crate) mod pipelines;
     pub(crate) mod schemas;
     #[path = "../../xtask/src/seed.rs"]

@@ -173,16 +173,16 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         radiation: true,
         state: true,
     };
-    let layouts = asperity_tables::layout::record_layouts(all);
+    let of_records = asperity_tables::layout::record_tables(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
-    let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));
+    let records = of_records.iter().map(|table| (table.name.as_ref(), table.columns.as_slice()));
     let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns.as_slice())));
     for (topic, columns) in tables {
         assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
         let table = asperity_record::markdown(columns);
         assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
     }
-    let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_layout(&[0, 1, 2]).columns);
+    let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_table(&[0, 1, 2]).columns);
     assert!(page.contains(&nodes), "docs/outputs.md lacks the columns of nodes, which are\n{nodes}");
 }
 

@@ -23,8 +23,8 @@ const fn on_scenario(words: &'static str) -> OnLog {
 
 pub(crate) const ON_LOGS: [OnLog; 24] = [
     on("check FILES"),
-    OnLog { takes: &["table.parquet"], ..on("events FILE") },
-    OnLog { takes: &["table.parquet"], ..on("events FILE --format json") },
+    on("events FILE"),
+    on("events FILE --format json"),
     on("summary FILES"),
     on("summary FILES --format json"),
     OnLog { takes: &["study"], ..on("catalogue FILES") },
@@ -39,7 +39,7 @@ pub(crate) const ON_LOGS: [OnLog; 24] = [
     on("export FILES --to ndjson --out NEW"),
     on("export FILES --to parquet --out NEW"),
     OnLog { takes: &["study", "made", "logs"], ..on("report FILES --out NEW.html") },
-    OnLog { takes: &["table.parquet", "study", "made", "logs"], ..on("diff FILE FILE --page NEW.html") },
+    OnLog { takes: &["study", "made", "logs"], ..on("diff FILE FILE --page NEW.html") },
     on("note FILE"),
     on("salvage FILE --out NEW.mcap"),
     on_scenario("scenario show FILE"),

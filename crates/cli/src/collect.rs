@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_study::{Outputs, reduce};
-use asperity_tables::Csv;
-use asperity_tables::format::Format;
-use asperity_tables::parquet_tables::Parquet;
+use asperity_tables::Format;
 use clap::{Args, ValueEnum};
 
 use crate::exit::Failure;
@@ -90,13 +88,11 @@ pub(crate) fn make(
     }
     let mut beside = Default::default();
     if plan.numbered() > 0 {
-        let format = |table: &SweepTable| -> &dyn Format {
-            match table {
-                SweepTable::Parquet => &Parquet,
-                SweepTable::Csv => &Csv,
-            }
+        let format = |table: &SweepTable| match table {
+            SweepTable::Parquet => Format::Parquet,
+            SweepTable::Csv => Format::Csv,
         };
-        let formats: Vec<&dyn Format> = to.iter().map(format).collect();
+        let formats: Vec<Format> = to.iter().map(format).collect();
         let (paths, of_grid) = outputs.tables(&formats, out)?;
         paths.iter().try_for_each(|path| say(path.display()))?;
         beside = of_grid;

@@ -74,7 +74,7 @@ A policy (TOML) defines which differences pass:
   split = 2               # at most two in all
   ruptures = true         # may differ where no slip event does")]
 pub(crate) struct DiffArguments {
-    /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
+    /// The old side: a run log, an event table (.csv), a folder of either, or an
     /// output of asperity reproduce.
     #[arg(value_name = "OLD")]
     pub(crate) old: PathBuf,

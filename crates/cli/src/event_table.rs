@@ -26,7 +26,7 @@ fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Resul
     let unreadable =
         |error| Failure::Failed(format!("an event of {} cannot be read: {error}", event.topic()));
     let row = kind.cells(event).map_err(unreadable)?;
-    rows.push(&row).map_err(Failure::Output)
+    rows.push(row).map_err(Failure::Output)
 }
 
 /// The event tables of one run, files of a set. They are discarded unless finished.

@@ -1,10 +1,9 @@
-//! `asperity events`: the slip events of a log, or the rows of a Parquet table.
+//! `asperity events`: the slip events of a log.
 
 use std::path::PathBuf;
 
 use asperity_record::{Event, Observer, Parts};
 use asperity_run::{OpenLog, Verdict};
-use asperity_tables::table_file::{self, PrintError};
 use clap::Args;
 
 use crate::event_table::{Printed, TableFormat};
@@ -17,12 +16,11 @@ use crate::{terminal, verdict_exit};
 Examples:
   asperity events out/mine.mcap --format csv
   asperity events out/mine.mcap --format json | python3 -m json.tool
-  asperity events out/chapter5/tables/default.events.parquet
 
-As a filter for `git diff` of run logs and Parquet tables:
+As a filter for `git diff` of run logs:
   git config diff.asperity.textconv 'asperity events'")]
 pub(crate) struct EventsArguments {
-    /// The run log; or a Parquet table, which is printed as CSV.
+    /// The run log.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
     /// How to print the table.
@@ -32,10 +30,6 @@ pub(crate) struct EventsArguments {
 
 /// Prints the events of the sound part of a log, then its verdict.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
-    // If it cannot be read, reading it as a log reports that.
-    if table_file::is_parquet(&arguments.run).unwrap_or(false) {
-        return print_table(arguments);
-    }
     let opened = OpenLog::open(&arguments.run);
     let parts = opened.as_ref().map_or(Parts::default(), |log| log.header().parts());
     let mut printing = Printing { format: arguments.format, parts, printed: None };
@@ -72,21 +66,4 @@ impl Observer for Printing {
             *printed = Err(failure);
         }
     }
-}
-
-/// Prints a Parquet table, of slip events or others, as CSV.
-fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
-    if arguments.format != TableFormat::Csv {
-        return Err(Failure::BadInput(format!(
-            "--format json of {}, which is a Parquet table (accepted: csv; json of a run log)",
-            arguments.run.display()
-        )));
-    }
-    let mut out = std::io::BufWriter::new(terminal::data());
-    let printed = table_file::print_parquet(&mut out, &arguments.run);
-    std::io::Write::flush(&mut out)?;
-    printed.map_err(|error| match error {
-        PrintError::Table(error) => Failure::failed(error),
-        PrintError::Output(error) => Failure::Output(error),
-    })
 }

@@ -8,10 +8,10 @@ use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, OpenLog, StatesError, Verdict};
-use asperity_tables::format::{Format, State};
+use asperity_tables::format::State;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::vtk::{Array, Image, pvd};
-use asperity_tables::{Csv, Export, ExportError, Ndjson, NodeRows, Ran, Report, Request, name_of};
+use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, TableFileError, name_of};
 use clap::{Args, ValueEnum};
 
 use crate::exit::{self, Code, Failure};
@@ -156,10 +156,10 @@ fn export_one(
     arguments: &ExportArguments,
     board: &Board,
 ) -> Result<(), Failure> {
-    let format: Option<&dyn Format> = match arguments.to {
-        ExportFormat::Parquet => Some(&asperity_tables::parquet_tables::Parquet),
-        ExportFormat::Csv => Some(&Csv),
-        ExportFormat::Ndjson => Some(&Ndjson),
+    let format = match arguments.to {
+        ExportFormat::Parquet => Some(Format::Parquet),
+        ExportFormat::Csv => Some(Format::Csv),
+        ExportFormat::Ndjson => Some(Format::Ndjson),
         ExportFormat::Vtk => None,
     };
     let log = OpenLog::open(run).map_err(|checked| match checked.verdict {
@@ -357,7 +357,7 @@ fn state(verdict: Verdict) -> State {
 fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::Choice(_) => Failure::bad_input(error),
-        ExportError::File(error) => refused("--out", &error, true),
-        ExportError::Write { .. } => Failure::failed(error),
+        ExportError::Table(TableFileError::File(error)) => refused("--out", &error, true),
+        ExportError::Table(_) => Failure::failed(error),
     }
 }

@@ -21,7 +21,7 @@ pub(crate) enum Taken {
 
 impl Taken {
     fn accepts(self, given: Given) -> bool {
-        use Given::{Folder, Log, Other, Parquet, Pipeline, Reproduced, Scenario, Sweep, Toml};
+        use Given::{Folder, Log, Other, Pipeline, Reproduced, Scenario, Sweep, Toml};
         // Other kinds are reported when they are opened.
         let is_open = matches!(given, Folder | Other);
         is_open
@@ -29,7 +29,7 @@ impl Taken {
                 Taken::Scenario => matches!(given, Scenario | Toml | Log),
                 Taken::Runs => matches!(given, Sweep | Pipeline | Toml),
                 Taken::Study => given == Given::Study,
-                Taken::Side => matches!(given, Log | Parquet | Reproduced | Given::Logs | Given::Study),
+                Taken::Side => matches!(given, Log | Reproduced | Given::Logs | Given::Study),
             }
     }
 
@@ -76,7 +76,11 @@ fn said(path: &Path, given: Given) -> Option<String> {
         Given::Log => {
             format!("this is a run log: asperity summary {path}, or asperity report {path} -o PAGE.html")
         }
-        Given::Parquet => format!("this is a Parquet table: asperity events {path}"),
+        Given::Parquet => {
+            "this is a Parquet table, which is written for other programs: give the log of its run, or for \
+                           asperity diff the table as CSV"
+                .to_owned()
+        }
         Given::Scenario => format!("this is a scenario: asperity run {path} -o RUN.mcap"),
         Given::Sweep => format!("this is a sweep: asperity sweep go {path} -o FOLDER"),
         Given::Pipeline => format!("this is a pipeline: asperity reproduce {path} -o FOLDER"),

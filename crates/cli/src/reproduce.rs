@@ -12,9 +12,8 @@ use asperity_numbers::run_data::Collector;
 use asperity_record::{Observer, Record};
 use asperity_run::{Checked, OpenLog, SolverKind};
 use asperity_study::{Reproduction, StudyError, record};
-use asperity_tables::load_table::LoadTable;
-use asperity_tables::tables::{self, ResidualRow};
-use asperity_tables::{TableFileError, summaries, table_file};
+use asperity_tables::table_files::{self, LoadTable};
+use asperity_tables::{Table, TableFileError, summaries, tables};
 use clap::Args;
 
 use crate::exit::Failure;
@@ -127,26 +126,25 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
     let write = || -> Result<(), StudyError> {
+        let write = |table: Table| table_files::write(&files, out, &table.name.clone(), table);
         if data.ruptures.is_some() {
-            let write = |name, mut table| table_file::write(&files, out, name, &mut table);
-            write(tables::RUPTURES, tables::ruptures(&data)?)?;
-            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &[(law, rules)])?)?;
+            write(tables::ruptures(&data))?;
+            write(tables::precursor_ruptures(&data, &[(law, rules)]))?;
             if has_slow_slip {
-                write(tables::SLOW_SLIP, tables::slow_slip(&data)?)?;
+                write(tables::slow_slip(&data)?)?;
             }
         }
-        table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
-        table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        let residuals = ResidualRow::of(&data, law, &rules)?;
-        table_file::write(&files, out, "residuals", &mut tables::residual_table(&[residuals])?)?;
+        write(tables::events(&data))?;
+        write(tables::precursors(&data, law, &rules)?)?;
+        write(tables::residuals(&data, law, &rules)?)?;
         summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
         summaries::write_json(&files, &out.join(summaries::JSON), summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
         let of_ruptures = of_ruptures.into_iter().chain(has_slow_slip.then_some(tables::SLOW_SLIP));
         let tables = of_ruptures.filter(|_| data.ruptures.is_some());
         let tables = tables
-            .chain(["events", "load", "precursors", "residuals"])
-            .flat_map(|name| table_file::paths(out, name));
+            .chain([tables::EVENTS, "load", tables::PRECURSORS, tables::RESIDUALS])
+            .flat_map(|name| table_files::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
         let figures = figures::overview_files(out);
         record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures), None)?;

@@ -56,7 +56,7 @@
 //! In reading order, first the matching of two tables:
 //!
 //! - [`mod@column`]: the columns of the event table, and the role of each.
-//! - [`table`]: a table of events in memory, from a run log, a CSV or a Parquet file.
+//! - [`table`]: a table of events in memory, from a run log or a CSV file.
 //! - [`progress`]: cycles between global slips, used to pair runs of two parameter sets.
 //! - `cost`: the cost of matching events.
 //! - `grid`: one step of looking for the matching that costs least.

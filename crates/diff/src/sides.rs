@@ -131,9 +131,10 @@ impl Files {
     fn find(path: &Path) -> Result<Files, CompareError> {
         let refused = |problem| Err(CompareError::Input(format!("{}: {problem}", path.display())));
         if !path.is_dir() {
-            if !matches!(ending(path), Some("mcap" | "csv" | "parquet" | "partial")) {
+            if !matches!(ending(path), Some("mcap" | "csv" | "partial")) {
                 return refused(
-                    "is neither a run nor a table (accepted: .mcap, .csv, .parquet, or a folder of them)",
+                    "is neither a run nor a table that is read (accepted: .mcap, .csv, or a folder of them; Parquet \
+                     files are written for other programs)",
                 );
             }
             return Ok(Files { files: vec![path.to_owned()], is_file: true, claims: None });
@@ -144,7 +145,7 @@ impl Files {
         let of_kind = |is_of_kind: &dyn Fn(&Path) -> bool| -> Vec<PathBuf> {
             files.iter().filter(|file| is_of_kind(file)).cloned().collect()
         };
-        let is_table = |file: &Path| matches!(ending(file), Some("csv" | "parquet"));
+        let is_table = |file: &Path| ending(file) == Some("csv");
         let is_events = |file: &Path| {
             let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
             is_table(file) && (stem == "events" || stem.ends_with(".events"))
@@ -157,22 +158,14 @@ impl Files {
         if chosen.is_empty() {
             chosen = of_kind(&is_table);
         }
-        // CSV and Parquet files of one table are one run.
-        let mut by_name: BTreeMap<String, PathBuf> = BTreeMap::new();
-        for file in chosen {
-            by_name.entry(name_of(&file)).or_insert(file);
-        }
-        if by_name.is_empty() {
+        if chosen.is_empty() {
             return refused(
-                "holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity reproduce)",
+                "holds no runs and no tables that are read (accepted: .mcap, .csv, or an output of asperity reproduce; \
+                 Parquet files are written for other programs)",
             );
         }
         let claims = tables.join("claims.csv");
-        Ok(Files {
-            files: by_name.into_values().collect(),
-            is_file: false,
-            claims: (is_output && claims.is_file()).then_some(claims),
-        })
+        Ok(Files { files: chosen, is_file: false, claims: (is_output && claims.is_file()).then_some(claims) })
     }
 }
 

@@ -1,11 +1,10 @@
-//! Slip events or ruptures of one side, column by column, from a run log, a CSV or a Parquet file.
+//! Slip events or ruptures of one side, column by column, from a run log or a CSV file.
 
 use std::marker::PhantomData;
 use std::path::Path;
 
 use asperity_files::ShortLines;
 use asperity_record::{BoundingBox, Cell, EventPayload, MOST_BLOCKS, Parts, Reach, Role};
-use asperity_tables::event_file::Rows;
 
 use crate::column::{COUNT, Column, Columns};
 use crate::error::CompareError;
@@ -15,9 +14,6 @@ const NEEDED: [Column; 4] = [Column::ONSET_S, Column::END_S, Column::FIRST_BLOCK
 
 /// The largest whole number up to which doubles, in which all cells are stored, are exact.
 const MOST_WHOLE: u64 = 1 << 53;
-
-/// Characters of a text that an error quotes.
-const LONGEST_QUOTE: usize = 1000;
 
 /// A table of events. Cells are doubles, NaN where they are empty; columns that it lacks take no memory.
 #[derive(Debug, Clone)]
@@ -218,31 +214,13 @@ impl<P: EventPayload> Collected<P> {
     }
 }
 
-/// Reads a CSV or a Parquet file, by the ending of its name.
+/// Reads a CSV file.
 ///
 /// # Errors
 /// If it cannot be read, its heading is no event table's, or a cell is not accepted.
 pub(crate) fn read(path: &Path) -> Result<Table, CompareError> {
     let refused =
         |problem: &dyn std::fmt::Display| CompareError::Input(format!("{}: {problem}", path.display()));
-    if path.extension().is_some_and(|extension| extension == "parquet") {
-        let of_file = |error: asperity_tables::TableFileError| CompareError::Input(error.to_string());
-        let mut rows = Rows::open(path).map_err(of_file)?;
-        let mut reader = Reader::new(path, rows.names().iter().map(String::as_str))?;
-        // Numbered as lines of the same table in CSV are, below the heading.
-        let mut line = 2;
-        while let Some(row) = rows.next_row().map_err(of_file)? {
-            reader.row(line, |place, column| match &row[place] {
-                Cell::Step(whole) => exact(*whole).ok_or_else(|| whole.to_string()),
-                Cell::Flag(flag) if column != Column::OPEN => Err(flag.to_string()),
-                // So much of it as helps.
-                Cell::Word(text) => Err(text.chars().take(LONGEST_QUOTE).collect()),
-                cell => Ok(cell.number().unwrap_or(f64::NAN)),
-            })?;
-            line += 1;
-        }
-        return Ok(reader.finish());
-    }
     let file = asperity_files::open(path).map_err(|error| refused(&error))?;
     let mut rows = csv::Reader::from_reader(ShortLines::of(file));
     let mut reader = Reader::new(path, rows.headers().map_err(|error| refused(&error))?.iter())?;

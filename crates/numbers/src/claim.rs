@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use crate::claims::{Kind, Speaker, Verdict};
+use asperity_record::{Cell, CellValue, Column, ColumnKind};
 
 /// A claim, the measured value, and the verdict.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -48,47 +49,50 @@ pub struct Judgement {
     pub verdict: Verdict,
 }
 
-/// The cells of a column.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Cells {
-    /// Words.
-    Texts(Vec<String>),
-    /// Numbers, where there are any.
-    Numbers(Vec<Option<f64>>),
-}
+/// A column of the table, and its cell of a claim.
+pub type ClaimColumn = (Column, &'static dyn Fn(&Claim) -> Cell);
 
-/// The table: its columns in order. Those of the second judgement are there if a claim has one.
-pub fn columns(claims: &[Claim]) -> Vec<(&'static str, Cells)> {
-    let texts =
-        |value: fn(&Claim) -> &str| Cells::Texts(claims.iter().map(|of| value(of).to_owned()).collect());
-    let numbers = |value: fn(&Claim) -> Option<f64>| Cells::Numbers(claims.iter().map(value).collect());
-    let mut columns = vec![
-        ("about", texts(|claim| &claim.about)),
-        ("of", texts(|claim| claim.of.word())),
-        ("run", texts(|claim| &claim.run)),
-        ("quote", texts(|claim| &claim.quote)),
-        ("measure", texts(|claim| &claim.measure)),
-        ("stated", texts(|claim| &claim.stated)),
-        ("ours", numbers(|claim| claim.own.ours)),
-        ("standard_error", numbers(|claim| claim.own.error)),
-        ("deviation", numbers(|claim| claim.deviation)),
-        ("rule", texts(|claim| &claim.own.rule)),
-        ("verdict", texts(|claim| claim.own.verdict.word())),
-        ("kind", texts(|claim| claim.kind.word())),
-        ("note", texts(|claim| &claim.note)),
-    ];
-    if claims.iter().any(|claim| claim.as_stated.is_some()) {
-        columns.extend([
-            ("as_stated_ours", numbers(|claim| claim.as_stated.as_ref()?.ours)),
-            ("as_stated_standard_error", numbers(|claim| claim.as_stated.as_ref()?.error)),
-            ("as_stated_rule", texts(|claim| claim.as_stated.as_ref().map_or("", |second| &second.rule))),
-            (
-                "as_stated_verdict",
-                texts(|claim| claim.as_stated.as_ref().map_or("", |second| second.verdict.word())),
-            ),
-        ]);
+/// The columns of the table in order. Those of the second judgement are there if a claim has one.
+pub fn columns(claims: &[Claim]) -> Vec<ClaimColumn> {
+    const fn word(name: &'static str, about: &'static str) -> Column {
+        Column::new(name, ColumnKind::Word, about)
     }
-    columns
+    // In the unit of the number that is measured.
+    fn number(name: &'static str, about: &'static str) -> Column {
+        Column { unit: None, ..Column::with_unit(name, ColumnKind::Number, "1", about) }
+    }
+    fn second(claim: &Claim, text: fn(&Judgement) -> &str) -> Cell {
+        Cell::word(claim.as_stated.as_ref().map_or("", text))
+    }
+    let own: [ClaimColumn; 13] = [
+        (word("about", "Figure, equation or section."), &|claim| Cell::word(&claim.about)),
+        (word("of", "The author of the claim."), &|claim| Cell::word(claim.of.word())),
+        (word("run", "The run that it is measured in."), &|claim| Cell::word(&claim.run)),
+        (word("quote", "Its words."), &|claim| Cell::word(&claim.quote)),
+        (word("measure", "The number that is measured."), &|claim| Cell::word(&claim.measure)),
+        (word("stated", "The number stated, as it is written."), &|claim| Cell::word(&claim.stated)),
+        (number("ours", "The measured number."), &|claim| claim.own.ours.cell()),
+        (number("standard_error", "Its standard error."), &|claim| claim.own.error.cell()),
+        (number("deviation", "`ours` minus the stated number."), &|claim| claim.deviation.cell()),
+        (word("rule", "The rule of the comparison."), &|claim| Cell::word(&claim.own.rule)),
+        (word("verdict", "Whether they agree."), &|claim| Cell::word(claim.own.verdict.word())),
+        (word("kind", "What an agreement is evidence of."), &|claim| Cell::word(claim.kind.word())),
+        (word("note", "A remark."), &|claim| Cell::word(&claim.note)),
+    ];
+    let as_stated: [ClaimColumn; 4] = [
+        (number("as_stated_ours", "`ours` of the parameter set as-stated."), &|claim| {
+            claim.as_stated.as_ref().and_then(|second| second.ours).cell()
+        }),
+        (number("as_stated_standard_error", "Its standard error."), &|claim| {
+            claim.as_stated.as_ref().and_then(|second| second.error).cell()
+        }),
+        (word("as_stated_rule", "The rule there."), &|claim| second(claim, |second| &second.rule)),
+        (word("as_stated_verdict", "The verdict there."), &|claim| {
+            second(claim, |second| second.verdict.word())
+        }),
+    ];
+    let has_second = claims.iter().any(|claim| claim.as_stated.is_some());
+    own.into_iter().chain(as_stated.into_iter().filter(|_| has_second)).collect()
 }
 
 /// A table of claims that cannot be read.
@@ -176,22 +180,16 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cells, Claim, Judgement, columns, read};
+    use super::{Claim, Judgement, columns, read};
     use crate::claims::{Speaker, Verdict};
 
     /// The table as CSV; no cell here needs quotes.
     fn csv(claims: &[Claim]) -> String {
         let columns = columns(claims);
-        let mut lines =
-            vec![columns.iter().map(|(name, _)| (*name).to_owned()).collect::<Vec<_>>().join(",")];
-        for row in 0..claims.len() {
-            let cells = columns.iter().map(|(_, cells)| match cells {
-                Cells::Texts(texts) => texts[row].clone(),
-                Cells::Numbers(numbers) => numbers[row].map_or(String::new(), |number| number.to_string()),
-            });
-            lines.push(cells.collect::<Vec<_>>().join(","));
-        }
-        lines.join("\n")
+        let heading: Vec<&str> = columns.iter().map(|(column, _)| &*column.name).collect();
+        let row =
+            |claim| columns.iter().map(|(_, cell)| cell(claim).to_string()).collect::<Vec<_>>().join(",");
+        [heading.join(",")].into_iter().chain(claims.iter().map(row)).collect::<Vec<_>>().join("\n")
     }
 
     #[test]

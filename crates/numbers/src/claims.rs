@@ -452,7 +452,7 @@ mod tests {
     }
 
     fn has_second(claims: &[Claim]) -> bool {
-        columns(claims).iter().any(|(name, _)| *name == "as_stated_verdict")
+        columns(claims).iter().any(|(column, _)| column.name == "as_stated_verdict")
     }
 
     #[test]

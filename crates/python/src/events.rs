@@ -3,12 +3,10 @@
 use std::collections::BTreeMap;
 
 use asperity_numbers::RuptureGrowth;
-use asperity_record::{
-    Arrival, Cell, Column, EventPayload, GlobalSlip, Onset, Parts, Reach, Rupture, SlipEvent,
-};
+use asperity_record::{Arrival, Cell, EventPayload, GlobalSlip, Onset, Parts, Reach, Rupture, SlipEvent};
 use asperity_run::detectors::event_kinds;
-use asperity_tables::batch::Batch;
 use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
+use asperity_tables::table;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -36,7 +34,7 @@ pub(crate) fn begin(schemas: &BTreeMap<&str, &str>, parts: Parts) -> RunTables {
     let with = |topics| RunTables::new(parts, &schemas, &kinds, Chosen { topics, ..Chosen::default() });
     let begin = || {
         let mut all = with(Vec::new())?;
-        let topics = all.tables().iter().map(|table| table.layout.topic.to_string());
+        let topics = all.tables().iter().map(|table| table.name.to_string());
         with(topics.filter(|topic| topic.starts_with("/events/")).collect())
     };
     begin().unwrap_or_else(|error: ChoiceError| unreachable!("all chosen topics have tables: {error}"))
@@ -46,11 +44,8 @@ pub(crate) fn begin(schemas: &BTreeMap<&str, &str>, parts: Parts) -> RunTables {
 const PRECURSORS: &str = "precursors";
 
 /// Which rows of a table of ruptures are precursors, by the definition of the summary.
-fn precursors(ruptures: &Batch, columns: &[Column]) -> Batch {
-    let cell = |row: usize, name: &str| {
-        let column = columns.iter().position(|column| column.name == name);
-        column.map_or(Cell::Empty, |column| ruptures.columns()[column].cell(row))
-    };
+fn precursors(ruptures: &table::Table) -> table::Table {
+    let cell = |row: usize, name: &str| ruptures.column(name).map_or(Cell::Empty, |column| column.cell(row));
     let step = |row, name| if let Cell::Step(step) = cell(row, name) { step } else { u64::MAX };
     let block = |row, name| if let Cell::Count(block) = cell(row, name) { block } else { 0 };
     let mut growth = RuptureGrowth::default();
@@ -58,10 +53,9 @@ fn precursors(ruptures: &Batch, columns: &[Column]) -> Batch {
         let reach = Reach { first: block(row, "first_block"), last: block(row, "last_block") };
         growth.take((step(row, "onset_step"), step(row, "rupture")), reach, || row);
     }
-    let mut found = Batch::new(columns);
+    let mut found = table::Table::new(PRECURSORS, ruptures.columns.clone());
     for (_, row) in growth.iter().filter(|(_, row)| cell(**row, "reached_every_block") == Cell::Flag(false)) {
-        let cells: Vec<Cell> = ruptures.columns().iter().map(|values| values.cell(*row)).collect();
-        found.push(&cells);
+        found.push(ruptures.row(*row));
     }
     found
 }
@@ -73,12 +67,10 @@ impl Events {
         let mut tables = BTreeMap::new();
         py.detach(|| {
             for table in run.tables() {
-                if table.layout.topic == Rupture::TOPIC {
-                    let columns = &table.layout.columns;
-                    let rows = precursors(&table.batch, columns);
-                    tables.insert(PRECURSORS.to_owned(), Table::of(PRECURSORS, columns, &rows));
+                if table.name == Rupture::TOPIC {
+                    tables.insert(PRECURSORS.to_owned(), Table::of(&precursors(table)));
                 }
-                tables.insert(table.layout.topic.to_string(), Table::of_run(table));
+                tables.insert(table.name.to_string(), Table::of(table));
             }
         });
         Ok(Events { tables, found })

@@ -13,7 +13,7 @@ use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
 use asperity_run::{Begin, Detectors as Trackers, LogTo, OpenLog, Reading, SolverKind, Task, Verdict};
 use asperity_runlog::{Unfinished, partial_path};
-use asperity_tables::run_tables::{Chosen, RunTable, RunTables};
+use asperity_tables::run_tables::{Chosen, RunTables};
 use pyo3::exceptions::PyFileNotFoundError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
@@ -278,12 +278,11 @@ struct Bounded {
 impl Observer for Bounded {
     fn record(&mut self, record: &Record) {
         self.tables.record(record);
-        let is_full = |table: &RunTable| table.batch.rows() > MOST_ROWS;
-        if let Some(table) = self.tables.tables().iter().find(|table| is_full(table)) {
+        if let Some(table) = self.tables.tables().iter().find(|table| table.rows() > MOST_ROWS) {
             self.watch.raise(refused(format!(
                 "{} has more than {MOST_ROWS} rows, too many for memory (accepted: asperity export, or part of them \
                  by field)",
-                table.layout.topic
+                table.name
             )));
         }
     }
@@ -313,7 +312,7 @@ impl Run {
         let tables = RunTables::new(parts, &BTreeMap::new(), &[], chosen).map_err(refused)?;
         let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
         let (mut bounded, ..) = self.source.observe(py, bounded)?;
-        let table = py.detach(|| bounded.tables.tables().first().map(Table::of_run));
+        let table = py.detach(|| bounded.tables.tables().first().map(|table| Table::of(table)));
         let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
         known().insert(topic.to_owned(), table.clone());
         Ok(table)

@@ -10,7 +10,6 @@ use asperity_record::{Cell, Column};
 use asperity_study::plan::FILE;
 use asperity_study::work::{Made, Making};
 use asperity_study::{Outputs, Plan, Reproduction, Results, RowSink, Study, StudyError, Watcher, collect};
-use asperity_tables::batch::Batch;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 use serde_json::{Value, json};
@@ -80,8 +79,7 @@ pub(crate) fn sweep(
         let results = Making { jobs, ..Making::new(&folder, &**watch) }.make(&plan, results, &missing)?;
         let mut tables = Tables(Vec::new());
         collect(&plan, &results, &mut tables)?;
-        let table = |(name, columns, batch): &(&str, Vec<Column>, Batch)| Table::of(name, columns, batch);
-        Ok((results, tables.0.iter().map(table).collect()))
+        Ok((results, tables.0.iter().map(Table::of).collect()))
     })?;
     let (results, tables) = made.map_err(|error| of_study(error, &folder))?;
     Ok(Sweep { plan, results, folder, tables, temporary })
@@ -195,17 +193,17 @@ fn of_axes(
 }
 
 /// Keeps the tables of a study in memory.
-struct Tables(Vec<(&'static str, Vec<Column>, Batch)>);
+struct Tables(Vec<asperity_tables::Table>);
 
 impl RowSink for Tables {
     fn begin(&mut self, table: &'static str, columns: &[Column]) -> Result<(), StudyError> {
-        self.0.push((table, columns.to_vec(), Batch::new(columns)));
+        self.0.push(asperity_tables::Table::new(table, columns.to_vec()));
         Ok(())
     }
 
     fn row(&mut self, table: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
-        if let Some((.., batch)) = self.0.iter_mut().find(|(name, ..)| *name == table) {
-            batch.push(cells);
+        if let Some(found) = self.0.iter_mut().find(|found| found.name == table) {
+            found.push(cells.iter().cloned());
         }
         Ok(())
     }

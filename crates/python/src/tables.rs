@@ -15,8 +15,7 @@ use arrow_buffer::Buffer;
 use arrow_schema::{DataType, Field, Schema};
 use asperity_record::{Cell, Column};
 use asperity_report::html::markup::text;
-use asperity_tables::batch::{Batch, Values};
-use asperity_tables::run_tables::RunTable;
+use asperity_tables::table::{self, Values};
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -54,19 +53,13 @@ impl Table {
         Table { name: name.to_owned(), batch: batch.expect("columns are as long as the table") }
     }
 
-    /// Of these columns and rows.
-    pub(crate) fn of(name: &str, columns: &[Column], batch: &Batch) -> Table {
-        let columns = columns.iter().zip(batch.columns());
+    /// Of a table of a run or a study.
+    pub(crate) fn of(table: &table::Table) -> Table {
+        let columns = table.columns.iter().zip(table.values());
         let column = |(column, values): (&Column, &Values)| {
             (column.name.to_string(), described(column.unit, column.about.trim()), array(values))
         };
-        Table::new(name, columns.map(column).collect())
-    }
-
-    /// Of a topic of a run.
-    pub(crate) fn of_run(table: &RunTable) -> Table {
-        let name = table.layout.topic.trim_start_matches('/');
-        Table::of(name, &table.layout.columns, &table.batch)
+        Table::new(table.name.trim_start_matches('/'), columns.map(column).collect())
     }
 
     /// Its name and its number of rows.

@@ -10,9 +10,8 @@ use asperity_files::FileSet;
 use asperity_model::keys::KEYS;
 use asperity_numbers::Summary;
 use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
-use asperity_tables::batch::Batch;
-use asperity_tables::format::{Format, FormatError, TableWriter};
-use asperity_tables::layout::Layout;
+use asperity_tables::table_files::TableFiles;
+use asperity_tables::{Format, Table};
 
 use crate::axis;
 use crate::error::StudyError;
@@ -109,56 +108,30 @@ pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result
 }
 
 /// Tables in progress, as files of a set in some formats.
-pub(crate) struct TableFiles<'a> {
+pub(crate) struct TablesInProgress<'a> {
     pub(crate) files: &'a FileSet,
     pub(crate) folder: &'a Path,
-    pub(crate) formats: &'a [&'a dyn Format],
-    pub(crate) tables: Vec<TableFile>,
+    pub(crate) formats: &'a [Format],
+    pub(crate) tables: Vec<(Table, TableFiles)>,
 }
 
-pub(crate) struct TableFile {
-    name: &'static str,
-    batch: Batch,
-    writers: Vec<(PathBuf, Box<dyn TableWriter>)>,
-}
-
-fn unwritten(path: &Path, error: &FormatError) -> StudyError {
-    StudyError::Failed(format!("{}: {error}", path.display()))
-}
-
-impl RowSink for TableFiles<'_> {
+impl RowSink for TablesInProgress<'_> {
     fn begin(&mut self, name: &'static str, columns: &[Column]) -> Result<(), StudyError> {
-        let (batch, columns) = (Batch::new(columns), columns.to_vec());
-        let layout = Layout { topic: name.into(), columns };
-        let writers = self.formats.iter().map(|format| {
-            let path = self.folder.join(format!("{name}.{}", format.extension()));
-            let writer = format.start(&layout, self.files.create(&path)?);
-            writer.map_err(|error| unwritten(&path, &error)).map(|writer| (path, writer))
-        });
-        let writers = writers.collect::<Result<_, StudyError>>()?;
-        self.tables.push(TableFile { name, batch, writers });
+        let table = Table::new(name, columns.to_vec());
+        let files = TableFiles::begin(self.files, self.folder, name, self.formats, &table)?;
+        self.tables.push((table, files));
         Ok(())
     }
 
     fn row(&mut self, name: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
-        let table = self.tables.iter_mut().find(|table| table.name == name);
-        let table = table.expect("a table begins before its rows");
-        table.batch.push(cells);
-        if table.batch.rows() == GROUP_ROWS { table.flush() } else { Ok(()) }
+        let table = self.tables.iter_mut().find(|(table, _)| table.name == name);
+        let (table, files) = table.expect("a table begins before its rows");
+        table.push(cells.iter().cloned());
+        if table.rows() == GROUP_ROWS { Ok(files.write(table)?) } else { Ok(()) }
     }
 }
 
-impl TableFile {
-    fn flush(&mut self) -> Result<(), StudyError> {
-        for (path, writer) in &mut self.writers {
-            writer.write(&self.batch).map_err(|error| unwritten(path, &error))?;
-        }
-        self.batch.clear();
-        Ok(())
-    }
-}
-
-impl TableFiles<'_> {
+impl TablesInProgress<'_> {
     /// Completes the files, which say of which plan they are.
     pub(crate) fn finish(self, plan: &Plan) -> Result<Vec<PathBuf>, StudyError> {
         let about = [
@@ -167,14 +140,8 @@ impl TableFiles<'_> {
             ("asperity:code_version".to_owned(), plan.common.code_version.clone()),
         ];
         let mut paths = Vec::new();
-        for mut table in self.tables {
-            if table.batch.rows() > 0 {
-                table.flush()?;
-            }
-            for (path, writer) in table.writers {
-                writer.finish(&about).map_err(|error| unwritten(&path, &error))?;
-                paths.push(path);
-            }
+        for (mut table, files) in self.tables {
+            paths.extend(files.finish(&mut table, &about)?);
         }
         Ok(paths)
     }

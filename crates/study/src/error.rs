@@ -4,6 +4,7 @@ use std::path::Path;
 
 use asperity_figures::draw::FigureError;
 use asperity_files::FileError;
+use asperity_numbers::run_data::NotKept;
 use asperity_tables::TableFileError;
 
 /// Why a study cannot be read, made or written.
@@ -48,6 +49,12 @@ impl From<FigureError> for StudyError {
             FigureError::File(error) => StudyError::File(error),
             error @ FigureError::Figure { .. } => StudyError::failed(error),
         }
+    }
+}
+
+impl From<NotKept> for StudyError {
+    fn from(error: NotKept) -> StudyError {
+        StudyError::failed(error)
     }
 }
 

@@ -12,8 +12,7 @@ use asperity_record::{RunEnd, counted};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{LeftError, Nodes, RunError, SolverKind, Threads, at_once};
 use asperity_runlog::WriteError;
-use asperity_tables::Csv;
-use asperity_tables::parquet_tables::Parquet;
+use asperity_tables::Format;
 
 use crate::error::StudyError;
 use crate::outputs::Outputs;
@@ -56,7 +55,7 @@ impl Reproduction<'_> {
             let results = &making.make_missing(&plan, |run| run <= plan.numbered())?;
             let (provenance, watcher) = (self.provenance, self.watcher);
             let outputs = Outputs { plan: &plan, results, folder: out, provenance, watcher };
-            beside = outputs.tables(&[&Csv, &Parquet], None)?.1;
+            beside = outputs.tables(&[Format::Csv, Format::Parquet], None)?.1;
         }
         if jobs.is_empty() {
             return Ok(Vec::new());

@@ -8,9 +8,9 @@ use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_numbers::Summary;
 use asperity_numbers::claims::{ClaimSpec, Measured};
 use asperity_record::{Cell, Column};
-use asperity_tables::format::Format;
+use asperity_tables::Format;
 
-use crate::collect::{RUNS, RowSink, TableFiles, collect};
+use crate::collect::{RUNS, RowSink, TablesInProgress, collect};
 use crate::error::StudyError;
 use crate::file::Keep;
 use crate::page::{self, StudyPage, claims_in, tables_in};
@@ -43,7 +43,7 @@ pub struct Outputs<'a> {
 
 /// Files, and what they are made of.
 struct Target<'a> {
-    formats: &'a [&'a dyn Format],
+    formats: &'a [Format],
     tables: &'a Path,
     figures: &'a [Figure],
     figures_in: &'a Path,
@@ -60,7 +60,7 @@ impl Outputs<'_> {
     /// If results contradict the plan or each other, or a file cannot be written.
     pub fn tables(
         &self,
-        formats: &[&dyn Format],
+        formats: &[Format],
         out: Option<&Path>,
     ) -> Result<(Vec<PathBuf>, Beside), StudyError> {
         let own = out.unwrap_or(self.folder);
@@ -137,7 +137,7 @@ impl Outputs<'_> {
         let files = FileSet::new(Existing::Replace, inputs);
         let Target { formats, tables, figures, figures_in, page } = target;
         let mut passing = Passing {
-            tables: TableFiles { files: &files, folder: tables, formats, tables: Vec::new() },
+            tables: TablesInProgress { files: &files, folder: tables, formats, tables: Vec::new() },
             page: StudyPage::of(plan),
             drawer: Drawer::new(figures),
             watcher,
@@ -230,7 +230,7 @@ impl Outputs<'_> {
 
 /// Passes the rows of the tables on to what is made of them.
 struct Passing<'a> {
-    tables: TableFiles<'a>,
+    tables: TablesInProgress<'a>,
     page: StudyPage<'a>,
     drawer: Drawer,
     watcher: &'a dyn Watcher,

@@ -1,14 +1,16 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
+use asperity_model::keys::KEYS;
 use asperity_numbers::Number;
-use asperity_numbers::claim::Cells;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_tables::{Frame, tables};
+use asperity_record::{Cell, CellValue, Column, ColumnKind, unit_of};
+use asperity_tables::{Table, tables};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::StudyError;
+use crate::pipeline::study_table;
 
 /// A table with one row per run.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -24,16 +26,6 @@ pub struct Study {
     pub measures: Vec<Number>,
 }
 
-/// A row of a study's table: the data of one run.
-#[derive(Debug, Clone)]
-pub struct StudyRow {
-    run: String,
-    parameter_set: String,
-    time_step_s: f64,
-    parameter: f64,
-    measured: Vec<Option<f64>>,
-}
-
 impl Study {
     /// Data that it reads from each of its runs.
     pub fn required_data(&self) -> RequiredData {
@@ -46,47 +38,35 @@ impl Study {
     ///
     /// # Errors
     /// If the run has no such parameter.
-    pub fn row(&self, run: &RunData) -> Result<StudyRow, StudyError> {
+    pub fn row(&self, run: &RunData) -> Result<Vec<Cell>, StudyError> {
         let parameter = run
             .parameter(&self.parameter)
             .map_err(|problem| StudyError::Failed(format!("{}: study {}: {problem}", run.name, self.name)))?;
-        Ok(StudyRow {
-            run: run.name.clone(),
-            parameter_set: run.header.parameter_set.clone(),
-            time_step_s: run.header.time_step_s,
-            parameter,
-            measured: self.measures.iter().map(|measure| measure.of(run, None)).collect(),
-        })
+        let mut row = vec![Cell::word(&run.name), Cell::word(&run.header.parameter_set)];
+        row.extend([run.header.time_step_s, parameter].map(Cell::Number));
+        row.extend(self.measures.iter().map(|measure| measure.of(run, None).cell()));
+        Ok(row)
     }
 
-    /// The table: run, parameter set, time step, parameter, measures.
-    ///
-    /// # Errors
-    /// If polars refuses.
-    pub fn table(&self, rows: &[&StudyRow]) -> Result<Frame, StudyError> {
-        let texts = |value: fn(&StudyRow) -> &str| {
-            Cells::Texts(rows.iter().map(|row| value(row).to_owned()).collect())
-        };
-        let numbers = |value: &dyn Fn(&StudyRow) -> Option<f64>| {
-            Cells::Numbers(rows.iter().map(|row| value(row)).collect())
-        };
-        let mut columns = vec![
-            ("run".to_owned(), texts(|row| &row.run)),
-            ("parameter_set".to_owned(), texts(|row| &row.parameter_set)),
-            ("time_step_s".to_owned(), numbers(&|row| Some(row.time_step_s))),
-            (self.parameter.clone(), numbers(&|row| Some(row.parameter))),
-        ];
-        let measures = self.measures.iter().enumerate();
-        columns.extend(
-            measures.map(|(index, measure)| (measure.name().to_owned(), numbers(&|row| row.measured[index]))),
-        );
-        Ok(tables::of_columns(columns)?)
+    /// The table, still empty: run, parameter set, time step, parameter, measures.
+    pub fn table(&self) -> Table {
+        let time_step = Column::new("time_step_s", ColumnKind::Number, "The time step.");
+        let mut columns = vec![tables::RUN, tables::PARAMETER_SET, time_step.clone()];
+        columns.push(Column {
+            name: self.parameter.clone().into(),
+            unit: unit_of(&self.parameter),
+            about: KEYS.iter().find(|key| key.path == self.parameter).map_or("", |key| key.doc).into(),
+            ..time_step
+        });
+        let number = |column: &Column| Column { kind: ColumnKind::Number, ..column.clone() };
+        columns.extend(self.measures.iter().map(|measure| number(&measure.key.column)));
+        Table::new(study_table(self), columns)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Study;
+    use super::{Cell, Study};
     use asperity_testkit::made_up;
     use asperity_testkit::made_up::EVENTS;
 
@@ -97,9 +77,11 @@ mod tests {
              measures = [\"precursor_event_count\", \"event_residual_linear_ratio\", \"event_count\"]",
         )
         .unwrap();
-        let rows = [made_up::run("", &[]), made_up::run("", &EVENTS)].map(|run| study.row(&run).unwrap());
-        let table = study.table(&rows.each_ref()).unwrap();
-        let names: Vec<&str> = table.get_column_names().into_iter().map(|name| name.as_str()).collect();
+        let mut table = study.table();
+        for run in [made_up::run("", &[]), made_up::run("", &EVENTS)] {
+            table.push(study.row(&run).unwrap());
+        }
+        let names: Vec<&str> = table.columns.iter().map(|column| &*column.name).collect();
         assert_eq!(
             names,
             [
@@ -112,8 +94,9 @@ mod tests {
                 "event_count"
             ]
         );
-        let counts = table.column("precursor_event_count").unwrap().f64().unwrap().to_vec();
-        assert_eq!(counts, [Some(0.0), Some(3.0)]);
+        let counts = table.column("precursor_event_count").unwrap();
+        assert_eq!([0, 1].map(|row| counts.cell(row)), [0.0, 3.0].map(Cell::Number));
+        assert_eq!(table.columns[5].unit, Some("1"));
     }
 
     #[test]

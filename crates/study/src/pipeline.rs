@@ -10,8 +10,8 @@ use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_report::{Contents, Shown};
-use asperity_tables::tables::FirstGlobalSlip;
-use asperity_tables::{summaries, table_file, tables};
+use asperity_tables::tables::{FIRST_GLOBAL_SLIPS, RESIDUALS};
+use asperity_tables::{summaries, table_files, tables};
 
 use crate::error::StudyError;
 pub use crate::file::Pipeline;
@@ -37,9 +37,7 @@ pub(crate) fn study_table(study: &Study) -> String {
 /// The page of all of it.
 pub const REPORT: &str = "report.html";
 
-/// The names of the tables of which there is one each.
-pub(crate) const RESIDUALS: &str = "residuals";
-pub(crate) const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
+/// The name of the table of claims.
 pub(crate) const CLAIMS: &str = "claims";
 /// The file of the claims as a page.
 pub(crate) const CLAIMS_PAGE: &str = "claims.md";
@@ -188,7 +186,7 @@ impl Pipeline {
     pub fn outputs(&self, out: &Path) -> Vec<PathBuf> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
         let mut outputs: Vec<PathBuf> =
-            self.tables().iter().flat_map(|name| table_file::paths(&tables, name)).collect();
+            self.tables().iter().flat_map(|name| table_files::paths(&tables, name)).collect();
         outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
         outputs.push(tables.join(summaries::TABLE));
         outputs.extend(self.runs.iter().map(|run| tables.join(table_of(run, summaries::JSON))));
@@ -218,7 +216,7 @@ impl Pipeline {
             required |= spec.rules.required_data();
         }
         if self.first_global_slips.iter().any(|name| name == run) {
-            required |= FirstGlobalSlip::REQUIRED_DATA;
+            required |= tables::REQUIRED_FOR_FIRST_GLOBAL_SLIP;
         }
         if self.slow_slip.iter().any(|name| name == run) {
             required |= RequiredData::motion();

@@ -17,18 +17,13 @@ use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::Collector;
-use asperity_record::{Event, Observer, Record, RunEnd, RunHeader};
+use asperity_record::{Cell, Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Limits, PageCollector, Run, Shown, Study as Page};
-use asperity_tables::load_table::LoadTable;
-use asperity_tables::tables::{FirstGlobalSlip, ResidualRow};
-use asperity_tables::{Frame, TableFileError, summaries, table_file, tables};
+use asperity_tables::table_files::{self, LoadTable};
+use asperity_tables::{Table, TableFileError, summaries, tables};
 
 use crate::error::StudyError;
-use crate::parameter_table::StudyRow;
-use crate::pipeline::{
-    CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, precursor_table, study_table,
-    table_of,
-};
+use crate::pipeline::{CLAIMS, CLAIMS_PAGE, Pipeline, REPORT, precursor_table, table_of};
 use crate::record;
 
 /// The command that names the record of a reduction.
@@ -69,7 +64,7 @@ pub struct Claimed {
 
 /// The files of the claims of a pipeline in a folder of tables.
 pub fn claim_files(tables: &Path) -> impl Iterator<Item = PathBuf> {
-    table_file::paths(tables, CLAIMS).into_iter().chain([tables.join(CLAIMS_PAGE)])
+    table_files::paths(tables, CLAIMS).into_iter().chain([tables.join(CLAIMS_PAGE)])
 }
 
 /// Judges the claims of a pipeline and writes them into a folder of tables.
@@ -84,8 +79,8 @@ pub fn write_claims(
 ) -> Result<Vec<Claim>, StudyError> {
     let measured = claimed.measured.iter().map(|(name, measured)| (name.as_str(), measured)).collect();
     let judged = claims::judge(&pipeline.claim, &measured);
-    let mut table = tables::of_columns(claim::columns(&judged))?;
-    table_file::write(files, tables, CLAIMS, &mut table)?;
+    let table = Table::of(CLAIMS, &judged, &claim::columns(&judged));
+    table_files::write(files, tables, CLAIMS, table)?;
     let headers: Vec<&RunHeader> = claimed.headers.iter().collect();
     let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
     files.write(&tables.join(CLAIMS_PAGE), page)?;
@@ -97,10 +92,10 @@ struct Passed {
     /// Its part of the page.
     shown: Run,
     /// One for each table of precursors, by the table's place in the pipeline.
-    residuals: BTreeMap<usize, ResidualRow>,
-    first_global_slip: Option<FirstGlobalSlip>,
+    residuals: BTreeMap<usize, Table>,
+    first_global_slip: Option<Table>,
     /// One for each study that the run is in, by the study's place in the pipeline.
-    studies: BTreeMap<usize, StudyRow>,
+    studies: BTreeMap<usize, Vec<Cell>>,
     measured: Measured,
 }
 
@@ -191,26 +186,26 @@ impl<'a> Reduction<'a> {
         let Passing { collector, loads, page, written } = passing;
         written.and_then(|()| loads.finish())?;
         let run = collector.finish(true, Some(end));
-        let write = |what: &str, mut table: Frame| {
-            table_file::write(&self.files, &self.tables, &table_of(&run.name, what), &mut table)
+        let write = |table: Table| {
+            table_files::write(&self.files, &self.tables, &table_of(&run.name, &table.name), table)
         };
         let json = self.tables.join(table_of(&run.name, summaries::JSON));
         summaries::write_json(&self.files, &json, &run.summary)?;
-        write(tables::RUPTURES, tables::ruptures(&run)?)?;
+        write(tables::ruptures(&run))?;
         let laws: Vec<(LengthLaw, PrecursorRules)> = self.pipeline.laws_of(&run.name).collect();
         if !laws.is_empty() {
-            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, &laws)?)?;
+            write(tables::precursor_ruptures(&run, &laws))?;
         }
         if self.pipeline.slow_slip.contains(&run.name) {
-            write(tables::SLOW_SLIP, tables::slow_slip(&run)?)?;
+            write(tables::slow_slip(&run)?)?;
         }
-        write("events", tables::events(&run)?)?;
+        write(tables::events(&run))?;
         let mut residuals = BTreeMap::new();
         for (index, spec) in self.pipeline.precursors.iter().enumerate() {
             if spec.run == run.name {
-                let mut table = tables::precursors(&run, spec.law, &spec.rules)?;
-                table_file::write(&self.files, &self.tables, &precursor_table(spec), &mut table)?;
-                residuals.insert(index, ResidualRow::of(&run, spec.law, &spec.rules)?);
+                let table = tables::precursors(&run, spec.law, &spec.rules)?;
+                table_files::write(&self.files, &self.tables, &precursor_table(spec), table)?;
+                residuals.insert(index, tables::residuals(&run, spec.law, &spec.rules)?);
             }
         }
         let studies = self.pipeline.study.iter().enumerate();
@@ -218,7 +213,7 @@ impl<'a> Reduction<'a> {
         let stays = Passed {
             residuals,
             first_global_slip: (self.pipeline.first_global_slips.contains(&run.name))
-                .then(|| FirstGlobalSlip::of(&run))
+                .then(|| tables::first_global_slip(&run))
                 .transpose()?,
             studies: studies
                 .map(|(index, study)| Ok((index, study.row(&run)?)))
@@ -249,23 +244,21 @@ impl<'a> Reduction<'a> {
     pub fn finish(self, beside: Beside) -> Result<Vec<Summary>, StudyError> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
-        let write = |name: &str, mut table: Frame| table_file::write(&files, &folder, name, &mut table);
+        let write = |table: Table| table_files::write(&files, &folder, &table.name.clone(), table);
         let in_order = pipeline.runs.iter().map(|name| &runs[name].shown.summary);
         summaries::write_table(&files, &folder.join(summaries::TABLE), in_order)?;
-        if !pipeline.precursors.is_empty() {
-            let specs = pipeline.precursors.iter().enumerate();
-            let rows = specs.filter_map(|(index, spec)| runs[&spec.run].residuals.get(&index).cloned());
-            let rows: Vec<ResidualRow> = rows.collect();
-            write(RESIDUALS, tables::residual_table(&rows)?)?;
-        }
-        if !pipeline.first_global_slips.is_empty() {
-            let of_runs = pipeline.first_global_slips.iter();
-            let rows: Vec<_> = of_runs.filter_map(|run| runs[run].first_global_slip.as_ref()).collect();
-            write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&rows)?)?;
+        let specs = pipeline.precursors.iter().enumerate();
+        let residuals = specs.filter_map(|(index, spec)| runs[&spec.run].residuals.get(&index));
+        let slips = pipeline.first_global_slips.iter();
+        let slips = slips.filter_map(|run| runs[run].first_global_slip.as_ref());
+        for table in [Table::joined(residuals), Table::joined(slips)].into_iter().flatten() {
+            write(table)?;
         }
         for (index, study) in pipeline.study.iter().enumerate() {
-            let rows: Vec<_> = study.runs.iter().filter_map(|run| runs[run].studies.get(&index)).collect();
-            write(&study_table(study), study.table(&rows)?)?;
+            let mut table = study.table();
+            let rows = study.runs.iter().filter_map(|run| runs[run].studies.get(&index));
+            rows.for_each(|row| table.push(row.iter().cloned()));
+            write(table)?;
         }
         let mut judged = Vec::new();
         if !pipeline.claim.is_empty() {

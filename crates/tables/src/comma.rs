@@ -8,9 +8,8 @@ use std::io::{self, BufWriter, Write};
 
 use asperity_record::{Cell, Column};
 
-use crate::batch::Batch;
-use crate::format::{Format, FormatError, TableWriter};
-use crate::layout::Layout;
+use crate::format::TableWriter;
+use crate::table::Table;
 
 /// How doubles are spelled. Both read back as the same double.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,9 +55,9 @@ impl<W: Write> CsvRows<W> {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn push(&mut self, row: &[Cell]) -> io::Result<()> {
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) -> io::Result<()> {
         if self.spelling == Spelling::Scientific {
-            return self.writer.serialize(row).map_err(as_io);
+            return self.writer.serialize(row.into_iter().collect::<Vec<Cell>>()).map_err(as_io);
         }
         for cell in row {
             self.text.clear();
@@ -105,34 +104,13 @@ fn as_io(error: csv::Error) -> io::Error {
     }
 }
 
-/// Comma-separated values.
-#[derive(Debug, Clone, Copy)]
-pub struct Csv;
-
-impl Format for Csv {
-    fn extension(&self) -> &'static str {
-        "csv"
-    }
-
-    fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError> {
-        Ok(Box::new(CsvRows::new(BufWriter::new(file), &layout.columns, Spelling::Plain)?))
-    }
-}
-
 impl TableWriter for CsvRows<BufWriter<File>> {
-    fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
-        let mut cells = Vec::with_capacity(batch.columns().len());
-        for row in 0..batch.rows() {
-            cells.clear();
-            cells.extend(batch.columns().iter().map(|values| values.cell(row)));
-            self.push(&cells)?;
-        }
-        Ok(())
+    fn write(&mut self, table: &Table) -> io::Result<()> {
+        (0..table.rows()).try_for_each(|row| self.push(table.row(row)))
     }
 
-    fn finish(self: Box<Self>, _about: &[(String, String)]) -> Result<File, FormatError> {
-        let buffer = CsvRows::finish(*self)?;
-        Ok(buffer.into_inner().map_err(|error| error.into_error())?)
+    fn finish(self: Box<Self>, _about: &[(String, String)]) -> io::Result<()> {
+        CsvRows::finish(*self)?.flush()
     }
 }
 
@@ -152,8 +130,8 @@ mod tests {
         ];
         let written = |spelling| {
             let mut rows = CsvRows::new(Vec::new(), &columns, spelling).unwrap();
-            rows.push(&[Cell::Count(3), Cell::Number(1e-7), Cell::Number(5.0), Cell::Flag(true)]).unwrap();
-            rows.push(&[Cell::Count(4), Cell::Number(0.1 + 0.2), Cell::Empty, Cell::Flag(false)]).unwrap();
+            rows.push([Cell::Count(3), Cell::Number(1e-7), Cell::Number(5.0), Cell::Flag(true)]).unwrap();
+            rows.push([Cell::Count(4), Cell::Number(0.1 + 0.2), Cell::Empty, Cell::Flag(false)]).unwrap();
             String::from_utf8(rows.finish().unwrap()).unwrap()
         };
         let head = "block,time_s,end_s,open\n";
@@ -167,7 +145,7 @@ mod tests {
         for row in [["=1+1", "-0.5", "-1e-7"], ["@sum", "-a", "a=b"], ["+cmd", "\tx", ""]] {
             rows.push_texts(row).unwrap();
         }
-        rows.push(&[Cell::Word("=1".into()), Cell::Number(-0.5), Cell::Empty]).unwrap();
+        rows.push([Cell::Word("=1".into()), Cell::Number(-0.5), Cell::Empty]).unwrap();
         let written = String::from_utf8(rows.finish().unwrap()).unwrap();
         assert_eq!(written, "a,b,c\n'=1+1,-0.5,-1e-7\n'@sum,'-a,a=b\n'+cmd,'\tx,\n'=1,-0.5,\n");
     }

@@ -1,26 +1,12 @@
 //! Errors with the file of a table.
 
-use asperity_files::FileError;
-use asperity_numbers::run_data::NotKept;
-use polars::error::PolarsError;
+use std::path::Path;
 
-/// A table that could not be made, read or written.
+use asperity_files::FileError;
+
+/// A table that could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum TableFileError {
-    /// polars refused.
-    #[error("table: {0}")]
-    Table(#[from] PolarsError),
-    /// It needs data that were not kept of the run.
-    #[error(transparent)]
-    NotKept(#[from] NotKept),
-    /// A file could not be read.
-    #[error("{path}: {problem}")]
-    Read {
-        /// The file.
-        path: String,
-        /// Why.
-        problem: String,
-    },
     /// A file cannot have its name, or could not be written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -32,4 +18,10 @@ pub enum TableFileError {
         /// Why.
         problem: String,
     },
+}
+
+impl TableFileError {
+    pub(crate) fn at(path: &Path) -> impl Fn(std::io::Error) -> TableFileError {
+        move |error| TableFileError::Write { path: path.display().to_string(), problem: error.to_string() }
+    }
 }

@@ -8,14 +8,16 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_record::{Event, EventKind, Observer, Record, RunHeader};
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_record::{Column, Event, EventKind, Observer, Record, RunHeader};
 use serde::Serialize;
 
-use crate::format::{About, Format, FormatError, State, TableWriter};
-use crate::layout::Layout;
+use crate::error::TableFileError;
+use crate::format::{About, Format, State};
 use crate::rows::NodeRows;
-use crate::run_tables::{ChoiceError, Chosen, RunTable, RunTables};
+use crate::run_tables::{ChoiceError, Chosen, RunTables};
+use crate::table::Table;
+use crate::table_files::TableFiles;
 
 /// Rows of a table that are buffered before they are written: enough for row groups that suit
 /// readers, and a few MB.
@@ -42,17 +44,9 @@ pub enum ExportError {
     /// There is no such table.
     #[error(transparent)]
     Choice(#[from] ChoiceError),
-    /// A file cannot have its name; none has been written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A table cannot be written.
-    #[error("failed to write {}: {error}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: FormatError,
-    },
+    /// A file cannot have its name, and none has been written; or a table cannot be written.
+    #[error("failed to write {0}")]
+    Table(#[from] TableFileError),
 }
 
 /// The result of an export.
@@ -88,28 +82,20 @@ pub fn name_of(run: &Path) -> String {
 
 /// The tables of a log while it is read. It observes the sound part of the log; the checker finishes it,
 /// and without that there are no files.
-pub struct Export<'a> {
+pub struct Export {
     header: RunHeader,
     scenario_toml: String,
     request: Request,
-    format: &'a dyn Format,
+    format: Format,
     tables: RunTables,
-    /// One for each table.
-    outputs: Vec<Output>,
+    /// One for each table, from its first rows on.
+    outputs: Vec<Option<TableFiles>>,
     files: FileSet,
     /// Why no further row can be written.
     failed: Option<ExportError>,
 }
 
-/// The file of a table while it is made.
-struct Output {
-    path: PathBuf,
-    /// None until the first rows are written.
-    writer: Option<Box<dyn TableWriter>>,
-    rows: u64,
-}
-
-impl<'a> Export<'a> {
+impl Export {
     /// Begins the tables of a log with this header and scenario, which announces events of these topics
     /// with these schemas, and finds out whether the files can be written. `kinds` are the events with
     /// known detectors; tables of others follow the schemas in the log.
@@ -122,21 +108,19 @@ impl<'a> Export<'a> {
         event_schemas: &BTreeMap<&str, &str>,
         request: Request,
         kinds: &[EventKind],
-        format: &'a dyn Format,
-    ) -> Result<Export<'a>, ExportError> {
+        format: Format,
+    ) -> Result<Export, ExportError> {
         let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())?;
-        let path = |table: &RunTable| {
-            let file = format!("{}.{}.{}", request.name, table.layout.file_part(), format.extension());
-            request.out.join(file)
-        };
-        let paths = tables.tables().iter().map(path);
-        let outputs = paths.map(|path| Output { path, writer: None, rows: 0 }).collect();
+        let name = |table: &Table| format!("{}.{}", request.name, table.file_part());
+        let file = |table: &Table| request.out.join(format!("{}.{}", name(table), format.extension()));
+        let paths: Vec<PathBuf> = tables.tables().iter().map(file).collect();
+        let outputs = paths.iter().map(|_| None).collect();
         let files = FileSet::new(request.existing, request.inputs.clone());
         let scenario_toml = scenario_toml.to_owned();
         let header = header.clone();
         let export = Export { header, scenario_toml, request, format, tables, outputs, files, failed: None };
-        let paths = export.outputs.iter().map(|output| output.path.clone());
-        export.files.reserve(paths.chain([export.manifest_path()]))?;
+        let all = paths.into_iter().chain([export.manifest_path()]);
+        export.files.reserve(all).map_err(TableFileError::File)?;
         Ok(export)
     }
 
@@ -181,47 +165,49 @@ impl<'a> Export<'a> {
 
     /// Writes the rows of tables that have at least `rows`.
     fn flush(&mut self, rows: usize) -> Result<(), ExportError> {
-        let (format, files) = (self.format, &self.files);
-        let tables = self.tables.tables().iter_mut().zip(&mut self.outputs);
-        tables
-            .filter(|(table, _)| table.batch.rows() >= rows)
-            .try_for_each(|(table, output)| output.write(table, format, files))
+        let Export { request, format, tables, outputs, files, .. } = self;
+        for (table, output) in tables.tables().iter_mut().zip(outputs) {
+            if table.rows() >= rows {
+                let output = match output {
+                    Some(output) => output,
+                    None => {
+                        let name = format!("{}.{}", request.name, table.file_part());
+                        output.insert(TableFiles::begin(files, &request.out, &name, &[*format], table)?)
+                    }
+                };
+                output.write(table)?;
+            }
+        }
+        Ok(())
     }
 
     fn publish(mut self, ran: &Ran) -> Result<Vec<(PathBuf, Option<u64>)>, ExportError> {
         self.flush(0)?;
-        let Chosen { from_s, to_s, .. } = self.request.chosen;
-        let about =
-            About { header: self.header.clone(), state: ran.state, last_step: ran.last_step, from_s, to_s };
-        let tables = self.tables.tables().iter().zip(&self.outputs);
-        let manifest = Manifest {
-            run: &about.header,
-            scenario_toml: &self.scenario_toml,
-            log: LogState {
-                state: ran.state,
-                last_step: ran.last_step,
-                last_s: ran.last_s,
-                problem: ran.problem.as_deref(),
-            },
-            from_s,
-            to_s,
-            tables: tables.map(|(table, output)| TableEntry::of(&table.layout, output)).collect(),
-        };
+        let manifest_path = self.manifest_path();
+        let Export { header, scenario_toml, request, mut tables, outputs, files, .. } = self;
+        let Chosen { from_s, to_s, .. } = request.chosen;
+        let &Ran { state, last_step, last_s, .. } = ran;
+        let about = About { header: &header, state, last_step, from_s, to_s };
+        let (mut entries, mut written) = (Vec::new(), Vec::new());
+        for (table, output) in tables.tables().iter_mut().zip(outputs.into_iter().flatten()) {
+            let rows = output.rows;
+            let paths = output.finish(table, &about.pairs(table))?;
+            entries.extend(paths.iter().map(|path| TableEntry {
+                file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                topic: table.name.to_string(),
+                rows,
+                columns: table.columns.iter().map(ColumnEntry::of).collect(),
+            }));
+            written.extend(paths.into_iter().map(|path| (path, Some(rows))));
+        }
+        let log = LogState { state, last_step, last_s, problem: ran.problem.as_deref() };
+        let manifest =
+            Manifest { run: &header, scenario_toml: &scenario_toml, log, from_s, to_s, tables: entries };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
-        let mut written = Vec::new();
-        for (table, output) in self.tables.tables().iter().zip(&mut self.outputs) {
-            if let Some(writer) = output.writer.take() {
-                writer
-                    .finish(&about.pairs(&table.layout))
-                    .map_err(|error| write_error(&output.path, error))?;
-                written.push((output.path.clone(), Some(output.rows)));
-            }
-        }
-        let manifest_path = self.manifest_path();
-        self.files.write_record(&manifest_path, manifest + "\n")?;
+        files.write_record(&manifest_path, manifest + "\n").map_err(TableFileError::File)?;
         written.push((manifest_path, None));
-        self.files.publish()?;
+        files.publish().map_err(TableFileError::File)?;
         Ok(written)
     }
 
@@ -230,7 +216,7 @@ impl<'a> Export<'a> {
     }
 }
 
-impl Observer for Export<'_> {
+impl Observer for Export {
     fn record(&mut self, record: &Record) {
         if self.failed.is_none() {
             self.tables.record(record);
@@ -248,32 +234,6 @@ impl Observer for Export<'_> {
     fn is_done(&self) -> bool {
         self.failed.is_some()
     }
-}
-
-impl Output {
-    fn write(
-        &mut self,
-        table: &mut RunTable,
-        format: &dyn Format,
-        files: &FileSet,
-    ) -> Result<(), ExportError> {
-        let at = |error: FormatError| write_error(&self.path, error);
-        let writer = match &mut self.writer {
-            Some(writer) => writer,
-            None => {
-                let file = files.create(&self.path)?;
-                self.writer.insert(format.start(&table.layout, file).map_err(at)?)
-            }
-        };
-        writer.write(&table.batch).map_err(at)?;
-        self.rows += table.batch.rows() as u64;
-        table.batch.clear();
-        Ok(())
-    }
-}
-
-fn write_error(path: &Path, error: impl Into<FormatError>) -> ExportError {
-    ExportError::Write { path: path.to_owned(), error: error.into() }
 }
 
 /// `NAME.FORMAT.export.json`: what was exported and from which run.
@@ -309,18 +269,9 @@ struct ColumnEntry {
     unit: Option<&'static str>,
 }
 
-impl TableEntry {
-    fn of(layout: &Layout, output: &Output) -> TableEntry {
-        TableEntry {
-            file: output.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            topic: layout.topic.to_string(),
-            rows: output.rows,
-            columns: layout
-                .columns
-                .iter()
-                .map(|column| ColumnEntry { name: column.name.to_string(), unit: column.unit })
-                .collect(),
-        }
+impl ColumnEntry {
+    fn of(column: &Column) -> ColumnEntry {
+        ColumnEntry { name: column.name.to_string(), unit: column.unit }
     }
 }
 

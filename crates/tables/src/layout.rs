@@ -6,25 +6,9 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use std::borrow::Cow;
-
 use asperity_record::{Column, ColumnKind, EventKind, FieldRecord, Parts, StepRecord};
 
-/// The table of a topic.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
-    /// The topic in the log.
-    pub topic: Cow<'static, str>,
-    /// Its columns, in order.
-    pub columns: Vec<Column>,
-}
-
-impl Layout {
-    /// The topic as part of a file name: `step`, `events.slip`.
-    pub fn file_part(&self) -> String {
-        self.topic.trim_start_matches('/').replace('/', ".")
-    }
-}
+use crate::table::Table;
 
 pub(crate) const STEP: &str = "/step";
 pub(crate) const SWITCH: &str = "/switch";
@@ -33,22 +17,21 @@ pub(crate) const WINDOW: &str = "/window";
 pub(crate) const NODES: &str = "/nodes";
 pub(crate) const EVENTS: &str = "/events/";
 
-/// The tables of a log's records, in the order in which they are written.
+/// The tables of a log's records, still empty, in the order in which they are written.
 ///
 /// `parts` selects the optional columns.
-pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
-    let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
+pub fn record_tables(parts: StepParts) -> Vec<Table> {
     vec![
-        layout(STEP, step_columns(parts)),
-        layout(SWITCH, switch_columns(parts)),
-        layout(FIELDS, fields_columns(parts)),
-        layout(WINDOW, window_columns(parts)),
+        Table::new(STEP, step_columns(parts)),
+        Table::new(SWITCH, switch_columns(parts)),
+        Table::new(FIELDS, fields_columns(parts)),
+        Table::new(WINDOW, window_columns(parts)),
     ]
 }
 
 /// The table of the nodes of a slab, a sheet or a body at chosen times, given the axes along which they move. It
 /// has no topic in a log: it is computed from a log by repeating steps.
-pub fn nodes_layout(axes: &[usize]) -> Layout {
+pub fn nodes_table(axes: &[usize]) -> Table {
     let mut columns =
         vec![STEP_COLUMN, TIME, count("row", "Row of the node upwards, counted from 1 at the bottom.")];
     if axes.contains(&1) {
@@ -69,7 +52,7 @@ pub fn nodes_layout(axes: &[usize]) -> Layout {
         let there = of_axes.into_iter().enumerate().filter(|(axis, _)| axes.contains(axis));
         columns.extend(there.map(|(_, column)| column));
     }
-    Layout { topic: Cow::Borrowed(NODES), columns }
+    Table::new(NODES, columns)
 }
 
 /// Optional parts of records, which only some runs have.
@@ -238,8 +221,8 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
 }
 
 /// The table of a kind of events.
-pub fn event_layout(kind: &EventKind) -> Layout {
-    Layout { topic: Cow::Borrowed(kind.topic), columns: kind.columns.clone() }
+pub(crate) fn event_table(kind: &EventKind) -> Table {
+    Table::new(kind.topic, kind.columns.clone())
 }
 
 const STEP_COLUMN: Column =
@@ -274,36 +257,34 @@ const STATE: Column = Column::with_unit(
 const JUNCTIONS_SLIPPING: Column =
     count("junctions_slipping", "How many junctions of the contact slip at the end of the step.");
 
-const fn step(name: &'static str, about: &'static str) -> Column {
+pub(crate) const fn step(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Step, about)
 }
 
-const fn count(name: &'static str, about: &'static str) -> Column {
+pub(crate) const fn count(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Count, about)
 }
 
-const fn number(name: &'static str, about: &'static str) -> Column {
+pub(crate) const fn number(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Number, about)
 }
 
-const fn flag(name: &'static str, about: &'static str) -> Column {
+/// A ratio whose name does not say so.
+pub(crate) const fn ratio(name: &'static str, about: &'static str) -> Column {
+    Column::with_unit(name, ColumnKind::Number, "1", about)
+}
+
+pub(crate) const fn flag(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Flag, about)
 }
 
-const fn word(name: &'static str, about: &'static str) -> Column {
+pub(crate) const fn word(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Word, about)
 }
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{EventKind, SlipEvent};
-
-    use super::{StepParts, event_layout, step_columns};
-
-    #[test]
-    fn files_are_named_after_topics() {
-        assert_eq!(event_layout(&EventKind::of::<SlipEvent>()).file_part(), "events.slip");
-    }
+    use super::{StepParts, step_columns};
 
     #[test]
     fn forces_on_the_ends_stand_behind_the_other_columns() {

@@ -3,21 +3,22 @@
 //! In reading order:
 //!
 //! - [`layout`]: the columns of each topic's table, and why arrays become rows.
-//! - [`rows`]: converts records to rows.
+//! - `rows`: converts records to rows.
 //! - `foreign`: the columns of events without a detector in this program.
-//! - [`batch`]: a batch of rows by columns, the part in memory at a time.
-//! - [`mod@format`]: the interface of a file format.
-//! - `comma` and `lines`: CSV and NDJSON; [`parquet_tables`]: Parquet, with polars.
+//! - [`table`]: columns and cells, of which every table consists.
+//! - [`mod@format`]: the formats of files, written by `comma` (CSV), `lines` (NDJSON) and `parquet`, with polars.
+//! - [`table_files`]: the files of a table, while its rows are made.
 //! - [`run_tables`]: the rows of all tables of a run, while it is observed.
 //! - [`export`]: from a log that is read to the files.
+//! - [`tables`]: what a run is reduced to.
 //!
 //! ```
 //! use asperity_files::{Existing, Inputs};
 //! use asperity_record::{EventKind, SlipEvent};
 //! use asperity_run::OpenLog;
-//! use asperity_tables::format::State;
+//! use asperity_tables::format::{Format, State};
 //! use asperity_tables::run_tables::Chosen;
-//! use asperity_tables::{Csv, Export, Request, name_of};
+//! use asperity_tables::{Export, Request, name_of};
 //!
 //! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/complete.mcap");
 //! # let run = std::path::Path::new(run);
@@ -38,7 +39,7 @@
 //! let log = OpenLog::open(run).map_err(|verdict| verdict.to_string())?;
 //! let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
 //! let kinds = [EventKind::of::<SlipEvent>()];
-//! let mut export = Export::begin(header, scenario_toml, &schemas, request, &kinds, &Csv)?;
+//! let mut export = Export::begin(header, scenario_toml, &schemas, request, &kinds, Format::Csv)?;
 //! assert!(log.check(&mut export).verdict.holds_all());
 //! let report = export.finish(State::Whole, None)?;
 //! let (path, rows) = &report.files[0];
@@ -49,33 +50,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod batch;
 mod comma;
 mod error;
-pub mod event_file;
 pub mod export;
 mod foreign;
 pub mod format;
-mod guarded;
 pub mod layout;
 mod lines;
-pub mod load_table;
-mod parquet_bounds;
-pub mod parquet_checksum;
-mod parquet_out;
-pub mod parquet_table;
-pub mod parquet_tables;
-pub mod rows;
+mod parquet;
+mod rows;
 pub mod run_tables;
 pub mod summaries;
-pub mod table_file;
+pub mod table;
+pub mod table_files;
 pub mod tables;
 pub mod vtk;
 
-pub use comma::{Csv, CsvRows, Spelling};
+pub use comma::{CsvRows, Spelling};
 pub use error::TableFileError;
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
-pub use lines::Ndjson;
-/// A table in memory.
-pub use polars::prelude::DataFrame as Frame;
+pub use format::Format;
 pub use rows::NodeRows;
+pub use table::Table;

@@ -2,8 +2,8 @@
 
 use asperity_record::{Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, WindowRecord};
 
-use crate::batch::Batch;
-use crate::layout::StepParts;
+use crate::layout::{FIELDS, StepParts, WINDOW};
+use crate::table::{Array, Table};
 
 /// A record with an array that does not have one value per block.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -14,17 +14,30 @@ pub(crate) struct Ragged {
     lengths: Vec<usize>,
 }
 
-impl Ragged {
-    fn check(topic: &'static str, step: u64, lengths: &[usize]) -> Result<(), Ragged> {
-        match lengths.iter().all(|length| *length == lengths[0]) {
-            true => Ok(()),
-            false => Err(Ragged { topic, step, lengths: lengths.to_vec() }),
-        }
+/// Adds the rows of a state, one per block, which begin with the same cells: arrays, and whether the table has columns
+/// for them.
+fn blocks(
+    table: &mut Table,
+    topic: &'static str,
+    step: u64,
+    same: &[Cell],
+    first_block: u32,
+    arrays: &[(Array<'_>, bool)],
+) -> Result<(), Ragged> {
+    // Values without a column are an error, as too few values are.
+    let needed = arrays.iter().filter(|(values, has_column)| *has_column || values.len() > 0);
+    let lengths: Vec<usize> =
+        needed.map(|(values, has_column)| if *has_column { values.len() } else { 0 }).collect();
+    if lengths.iter().any(|length| *length != lengths[0]) {
+        return Err(Ragged { topic, step, lengths });
     }
+    let arrays = arrays.iter().filter(|(_, has_column)| *has_column).map(|(values, _)| *values);
+    table.push_arrays(lengths[0], same, first_block, &arrays.collect::<Vec<_>>());
+    Ok(())
 }
 
 /// A step record as a row of the table of [`step_columns`](crate::layout::step_columns).
-pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
+pub(crate) fn step(table: &mut Table, record: &StepRecord, parts: StepParts) {
     let mut row = vec![
         Cell::Step(record.step),
         Cell::Number(record.time_s),
@@ -46,10 +59,10 @@ pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
         row.extend([breaks, repins].map(Cell::Step));
     }
-    batch.push(&row);
+    table.push(row);
 }
 
-pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch, parts: StepParts) {
+pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, parts: StepParts) {
     let cells = [
         Cell::Step(record.step),
         Cell::Number(record.time_s),
@@ -62,88 +75,54 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch, pa
         Cell::Number(switch.threshold_n),
         switch.junctions_slipping.cell(),
     ];
-    let cells = &cells[..if parts.junctions { 10 } else { 9 }];
-    if !parts.area {
-        return batch.push(cells);
-    }
+    let cells = cells.into_iter().take(if parts.junctions { 10 } else { 9 });
     let across = [
         switch.across.map(|across| across.displacement_m).cell(),
         switch.across.map(|across| across.velocity_m_per_s).cell(),
         switch.across.map(|across| across.tangential_force_n).cell(),
         switch.across.map(|across| across.stick_position_m).cell(),
     ];
-    batch.push(&[cells, &across].concat());
+    table.push(cells.chain(across.into_iter().filter(|_| parts.area)));
 }
 
-pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
-    let FieldRecord {
-        step,
-        time_s,
-        displacement_m,
-        velocity_m_per_s,
-        tangential_force_n,
-        normal_load_n,
-        stick_position_m,
-        detached,
-        junctions_slipping,
-        pinned_mean_ratio,
-        pinned_width_ratio,
-        state,
-        displacement_across_m,
-        velocity_across_m_per_s,
-        tangential_force_across_n,
-        stick_position_across_m,
-    } = record;
-    let across =
-        [displacement_across_m, velocity_across_m_per_s, tangential_force_across_n, stick_position_across_m];
-    let mut lengths = vec![
-        displacement_m.len(),
-        velocity_m_per_s.len(),
-        tangential_force_n.len(),
-        stick_position_m.len(),
-        detached.len(),
+pub(crate) fn fields(table: &mut Table, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
+    let StepParts { contact_loads, junctions, state, area, .. } = parts;
+    let arrays = [
+        (Array::Numbers(&record.displacement_m), true),
+        (Array::Numbers(&record.velocity_m_per_s), true),
+        (Array::Numbers(&record.tangential_force_n), true),
+        (Array::Numbers(&record.stick_position_m), true),
+        (Array::Flags(&record.detached), true),
+        (Array::Numbers(&record.normal_load_n), contact_loads),
+        (Array::Counts(&record.junctions_slipping), junctions),
+        (Array::Numbers(&record.pinned_mean_ratio), junctions),
+        (Array::Numbers(&record.pinned_width_ratio), junctions),
+        (Array::Numbers(&record.state), state),
+        (Array::Numbers(&record.displacement_across_m), area),
+        (Array::Numbers(&record.velocity_across_m_per_s), area),
+        (Array::Numbers(&record.tangential_force_across_n), area),
+        (Array::Numbers(&record.stick_position_across_m), area),
     ];
-    let mut optional = |length: usize, is_there: bool| {
-        if is_there || length > 0 {
-            // If the table has no column for them, they are an error, as too few values are.
-            lengths.push(if is_there { length } else { 0 });
-        }
-    };
-    optional(normal_load_n.len(), parts.contact_loads);
-    optional(junctions_slipping.len(), parts.junctions);
-    optional(pinned_mean_ratio.len(), parts.junctions);
-    optional(pinned_width_ratio.len(), parts.junctions);
-    optional(state.len(), parts.state);
-    across.iter().for_each(|values| optional(values.len(), parts.area));
-    Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
-    let mut row = Vec::new();
-    for (index, block) in (0..displacement_m.len()).zip(1..) {
-        row.clear();
-        row.extend([
-            Cell::Step(*step),
-            Cell::Number(*time_s),
-            Cell::Count(block),
-            Cell::Number(displacement_m[index]),
-            Cell::Number(velocity_m_per_s[index]),
-            Cell::Number(tangential_force_n[index]),
-            Cell::Number(stick_position_m[index]),
-            Cell::Flag(detached[index] != 0),
-        ]);
-        row.extend(parts.contact_loads.then(|| Cell::Number(normal_load_n[index])));
-        if parts.junctions {
-            row.extend([
-                Cell::Count(junctions_slipping[index]),
-                Cell::Number(pinned_mean_ratio[index]),
-                Cell::Number(pinned_width_ratio[index]),
-            ]);
-        }
-        row.extend(parts.state.then(|| Cell::Number(state[index])));
-        if parts.area {
-            row.extend(across.map(|values| Cell::Number(values[index])));
-        }
-        batch.push(&row);
-    }
-    Ok(())
+    let same = [Cell::Step(record.step), Cell::Number(record.time_s)];
+    blocks(table, FIELDS, record.step, &same, 1, &arrays)
+}
+
+pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts) -> Result<(), Ragged> {
+    let arrays = [
+        (Array::Numbers(&record.displacement_m), true),
+        (Array::Numbers(&record.velocity_m_per_s), true),
+        (Array::Numbers(&record.tangential_force_n), true),
+        (Array::Numbers(&record.displacement_across_m), parts.area),
+        (Array::Numbers(&record.velocity_across_m_per_s), parts.area),
+        (Array::Numbers(&record.tangential_force_across_n), parts.area),
+    ];
+    let same = [
+        Cell::Count(record.window),
+        Cell::Step(record.step),
+        Cell::Number(record.time_s),
+        Cell::Count(record.sliding),
+    ];
+    blocks(table, WINDOW, record.step, &same, record.first_block, &arrays)
 }
 
 /// The nodes of a slab, a sheet or a body after a step.
@@ -163,63 +142,19 @@ pub struct NodeRows<'a> {
     pub velocity_m_per_s: &'a [f64],
 }
 
-pub(crate) fn nodes(batch: &mut Batch, of: &NodeRows<'_>) {
+pub(crate) fn nodes(table: &mut Table, of: &NodeRows<'_>) {
     let [columns, across, rows] = of.counts;
     let nodes = columns * across * rows;
     let counted = |index: usize| Cell::Count(u32::try_from(index + 1).expect("there are fewer nodes"));
-    let mut row = Vec::new();
     for node in 0..nodes {
-        row.clear();
-        row.extend([Cell::Step(of.step), Cell::Number(of.time_s), counted(node / columns / across)]);
+        let mut row = vec![Cell::Step(of.step), Cell::Number(of.time_s), counted(node / columns / across)];
         row.extend(of.axes.contains(&1).then(|| counted(node / columns % across)));
         row.push(counted(node % columns));
         for values in [of.displacement_m, of.velocity_m_per_s] {
             row.extend((0..of.axes.len()).map(|axis| Cell::Number(values[axis * nodes + node])));
         }
-        batch.push(&row);
+        table.push(row);
     }
-}
-
-pub(crate) fn window(batch: &mut Batch, record: &WindowRecord, parts: StepParts) -> Result<(), Ragged> {
-    let WindowRecord {
-        window,
-        step,
-        time_s,
-        sliding,
-        first_block,
-        displacement_m,
-        velocity_m_per_s,
-        tangential_force_n,
-        displacement_across_m,
-        velocity_across_m_per_s,
-        tangential_force_across_n,
-    } = record;
-    let across = [displacement_across_m, velocity_across_m_per_s, tangential_force_across_n];
-    let mut lengths = vec![displacement_m.len(), velocity_m_per_s.len(), tangential_force_n.len()];
-    if parts.area || across.iter().any(|values| !values.is_empty()) {
-        // If the table has no column for them, they are an error, as too few values are.
-        lengths.extend(across.map(|values| if parts.area { values.len() } else { 0 }));
-    }
-    Ragged::check(crate::layout::WINDOW, *step, &lengths)?;
-    let mut row = Vec::new();
-    for (index, block) in (0..displacement_m.len()).zip(*first_block..) {
-        row.clear();
-        row.extend([
-            Cell::Count(*window),
-            Cell::Step(*step),
-            Cell::Number(*time_s),
-            Cell::Count(*sliding),
-            Cell::Count(block),
-            Cell::Number(displacement_m[index]),
-            Cell::Number(velocity_m_per_s[index]),
-            Cell::Number(tangential_force_n[index]),
-        ]);
-        if parts.area {
-            row.extend(across.map(|values| Cell::Number(values[index])));
-        }
-        batch.push(&row);
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -227,8 +162,7 @@ mod tests {
     use asperity_record::{Cell, Direction, FieldRecord, Switch, SwitchAcross, WindowRecord};
 
     use super::{fields, switch, window};
-    use crate::batch::Batch;
-    use crate::layout::{StepParts, record_layouts};
+    use crate::layout::{StepParts, record_tables};
 
     #[test]
     fn a_state_becomes_one_row_per_block() {
@@ -243,42 +177,42 @@ mod tests {
             detached: vec![0, 1],
             ..FieldRecord::default()
         };
-        let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
-        fields(&mut batch, &state, StepParts::default()).unwrap();
-        let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
+        let mut table = record_tables(StepParts::default()).remove(2);
+        fields(&mut table, &state, StepParts::default()).unwrap();
+        let column = |n: usize| (0..2).map(|row| table.values()[n].cell(row)).collect::<Vec<_>>();
         assert_eq!(column(0), [Cell::Step(8), Cell::Step(8)]);
         assert_eq!(column(2), [Cell::Count(1), Cell::Count(2)]);
         assert_eq!(column(4), [Cell::Number(5e-324), Cell::Number(-0.0)]);
         assert_eq!(column(7), [Cell::Flag(false), Cell::Flag(true)]);
 
         let short = FieldRecord { stick_position_m: vec![3.0], ..state };
-        let error = fields(&mut batch, &short, StepParts::default()).unwrap_err().to_string();
+        let error = fields(&mut table, &short, StepParts::default()).unwrap_err().to_string();
         assert!(error.contains("step 8") && error.contains("/fields") && error.contains("[2, 2, 2, 1, 2]"));
-        assert_eq!(batch.rows(), 2, "nothing of it is taken");
+        assert_eq!(table.rows(), 2, "nothing of it is taken");
 
         let parts = StepParts { contact_loads: true, ..StepParts::default() };
-        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
+        let mut table = record_tables(parts).remove(2);
         let slab = FieldRecord { normal_load_n: vec![5.0, 6.0], stick_position_m: vec![3.0, 4.0], ..short };
-        fields(&mut batch, &slab, parts).unwrap();
-        assert_eq!(batch.columns()[8].cell(1), Cell::Number(6.0));
-        assert!(fields(&mut batch, &slab, StepParts::default()).is_err(), "a log is of a chain or of a slab");
+        fields(&mut table, &slab, parts).unwrap();
+        assert_eq!(table.values()[8].cell(1), Cell::Number(6.0));
+        assert!(fields(&mut table, &slab, StepParts::default()).is_err(), "a log is of a chain or of a slab");
 
         let parts = StepParts { junctions: true, ..parts };
-        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
-        assert!(fields(&mut batch, &slab, parts).is_err(), "it has no junctions");
+        let mut table = record_tables(parts).remove(2);
+        assert!(fields(&mut table, &slab, parts).is_err(), "it has no junctions");
         let torn = FieldRecord {
             junctions_slipping: vec![0, 7],
             pinned_mean_ratio: vec![0.1, 0.2],
             pinned_width_ratio: vec![0.3, 0.4],
             ..slab
         };
-        fields(&mut batch, &torn, parts).unwrap();
-        let last = [9, 10, 11].map(|n| batch.columns()[n].cell(1));
+        fields(&mut table, &torn, parts).unwrap();
+        let last = [9, 10, 11].map(|n| table.values()[n].cell(1));
         assert_eq!(last, [Cell::Count(7), Cell::Number(0.2), Cell::Number(0.4)]);
 
         let parts = StepParts { area: true, ..parts };
-        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
-        assert!(fields(&mut batch, &torn, parts).is_err(), "it has nothing across");
+        let mut table = record_tables(parts).remove(2);
+        assert!(fields(&mut table, &torn, parts).is_err(), "it has nothing across");
         let over_area = FieldRecord {
             state: Vec::new(),
             displacement_across_m: vec![1.0, 2.0],
@@ -287,11 +221,11 @@ mod tests {
             stick_position_across_m: vec![7.0, 8.0],
             ..torn
         };
-        fields(&mut batch, &over_area, parts).unwrap();
-        let last = [12, 13, 14, 15].map(|n| batch.columns()[n].cell(1));
+        fields(&mut table, &over_area, parts).unwrap();
+        let last = [12, 13, 14, 15].map(|n| table.values()[n].cell(1));
         assert_eq!(last, [2.0, 4.0, 6.0, 8.0].map(Cell::Number));
         let without = StepParts { area: false, ..parts };
-        assert!(fields(&mut batch, &over_area, without).is_err());
+        assert!(fields(&mut table, &over_area, without).is_err());
     }
 
     #[test]
@@ -315,9 +249,9 @@ mod tests {
             (false, true, [1.0, 2.0, 3.0, 4.0].map(Cell::Number).to_vec()),
         ] {
             let parts = StepParts { junctions, area, ..StepParts::default() };
-            let mut batch = Batch::new(&record_layouts(parts)[1].columns);
-            switch(&mut batch, &record, &one, parts);
-            let cells: Vec<Cell> = batch.columns().iter().skip(8).map(|column| column.cell(0)).collect();
+            let mut table = record_tables(parts).remove(1);
+            switch(&mut table, &record, &one, parts);
+            let cells: Vec<Cell> = table.values().iter().skip(8).map(|column| column.cell(0)).collect();
             assert_eq!(cells, [vec![Cell::Number(5.0)], last].concat());
         }
     }
@@ -336,23 +270,23 @@ mod tests {
             ..WindowRecord::default()
         };
         let parts = StepParts::default();
-        let mut batch = Batch::new(&record_layouts(parts)[3].columns);
-        window(&mut batch, &dense, parts).unwrap();
-        let blocks: Vec<Cell> = (0..3).map(|row| batch.columns()[4].cell(row)).collect();
+        let mut table = record_tables(parts).remove(3);
+        window(&mut table, &dense, parts).unwrap();
+        let blocks: Vec<Cell> = (0..3).map(|row| table.values()[4].cell(row)).collect();
         assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);
 
         let area = StepParts { area: true, ..parts };
-        let mut batch = Batch::new(&record_layouts(area)[3].columns);
-        assert!(window(&mut batch, &dense, area).is_err(), "it has nothing across");
+        let mut table = record_tables(area).remove(3);
+        assert!(window(&mut table, &dense, area).is_err(), "it has nothing across");
         let over_area = WindowRecord {
             displacement_across_m: vec![1.0; 3],
             velocity_across_m_per_s: vec![2.0; 3],
             tangential_force_across_n: vec![3.0; 3],
             ..dense
         };
-        window(&mut batch, &over_area, area).unwrap();
-        let last = [8, 9, 10].map(|n| batch.columns()[n].cell(2));
+        window(&mut table, &over_area, area).unwrap();
+        let last = [8, 9, 10].map(|n| table.values()[n].cell(2));
         assert_eq!(last, [1.0, 2.0, 3.0].map(Cell::Number));
-        assert!(window(&mut batch, &over_area, parts).is_err());
+        assert!(window(&mut table, &over_area, parts).is_err());
     }
 }

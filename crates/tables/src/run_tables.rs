@@ -1,20 +1,19 @@
 //! The rows of a run's tables, while the run is made or its log is read. Whoever observes with it takes the
 //! rows out in batches, or keeps them all.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use asperity_record::{
     Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Parts, ROWS, Record, RowKind,
 };
 
-use crate::batch::Batch;
 use crate::foreign;
 use crate::layout::{
-    EVENTS, FIELDS, Layout, NODES, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns,
-    nodes_layout, record_layouts, step_columns, switch_columns,
+    EVENTS, FIELDS, NODES, STEP, SWITCH, StepParts, WINDOW, event_table, fields_columns, nodes_table,
+    record_tables, step_columns, switch_columns,
 };
 use crate::rows::{self, NodeRows};
+use crate::table::Table;
 
 /// Most tables of events without a detector in this program: an export opens a file for each.
 pub const MOST_FOREIGN: usize = 100;
@@ -72,7 +71,9 @@ pub struct RunTables {
     chosen: Chosen,
     /// What the run has.
     of_run: Parts,
-    tables: Vec<RunTable>,
+    /// Their rows that have not been taken out. Columns of optional parts are known after the first record that may
+    /// have them.
+    tables: Vec<Table>,
     /// How the events of a topic are parsed, whether or not they have a table.
     events: BTreeMap<String, EventRows>,
     parts: Option<StepParts>,
@@ -83,15 +84,6 @@ pub struct RunTables {
     last_s: f64,
     left_out: BTreeMap<String, u64>,
     problem: Option<String>,
-}
-
-/// The rows of one topic that have not been taken out.
-#[derive(Debug, Clone)]
-pub struct RunTable {
-    /// Its columns. Those of optional parts are known after the first record that may have them.
-    pub layout: Layout,
-    /// Its rows.
-    pub batch: Batch,
 }
 
 /// How the events of one topic become rows.
@@ -121,11 +113,11 @@ impl RunTables {
         if !(from_s >= 0.0 && from_s < to_s) {
             return Err(ChoiceError::EmptyRange { from_s, to_s });
         }
-        let mut layouts = layouts(of_run, event_schemas, kinds);
-        layouts.extend(chosen.nodes.then(|| nodes_layout(&[0, 2])));
+        let mut tables = tables(of_run, event_schemas, kinds);
+        tables.extend(chosen.nodes.then(|| nodes_table(&[0, 2])));
         for topic in &chosen.topics {
-            if !layouts.iter().any(|layout| layout.topic == *topic) {
-                let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
+            if !tables.iter().any(|table| table.name == *topic) {
+                let accepted = tables.iter().map(|table| &*table.name).collect::<Vec<_>>().join(", ");
                 let topic = topic.clone();
                 return Err(match kinds.iter().any(|kind| kind.topic == topic) {
                     true => ChoiceError::NotFoundThen { topic, accepted },
@@ -133,21 +125,19 @@ impl RunTables {
                 });
             }
         }
-        let events = layouts
+        let events = tables
             .iter()
-            .filter(|layout| layout.topic.starts_with(EVENTS) || RowKind::with(&layout.topic).is_some())
-            .map(|layout| (layout.topic.to_string(), EventRows::new(layout, kinds)))
+            .filter(|table| table.name.starts_with(EVENTS) || RowKind::with(&table.name).is_some())
+            .map(|table| (table.name.to_string(), EventRows::new(table, kinds)))
             .collect();
-        let is_chosen = |layout: &Layout| {
-            let is_named = chosen.topics.iter().any(|topic| *topic == layout.topic);
-            chosen.topics.is_empty() || is_named || layout.topic == NODES
+        let is_chosen = |table: &Table| {
+            let is_named = chosen.topics.iter().any(|topic| *topic == table.name);
+            chosen.topics.is_empty() || is_named || table.name == NODES
         };
-        let tables = layouts.into_iter().filter(is_chosen);
-        let table = |Layout { topic, columns }| {
-            let columns: Vec<Column> = columns.into_iter().map(|column| column.in_run(of_run)).collect();
-            RunTable { batch: Batch::new(&columns), layout: Layout { topic, columns } }
-        };
-        let tables = tables.map(table).collect();
+        tables.retain(is_chosen);
+        for column in tables.iter_mut().flat_map(|table| &mut table.columns) {
+            *column = column.clone().in_run(of_run);
+        }
         Ok(RunTables {
             chosen,
             of_run,
@@ -163,7 +153,7 @@ impl RunTables {
     }
 
     /// The tables, in the order of topics in which they are exported.
-    pub fn tables(&mut self) -> &mut [RunTable] {
+    pub fn tables(&mut self) -> &mut [Table] {
         &mut self.tables
     }
 
@@ -189,14 +179,14 @@ impl RunTables {
     /// # Panics
     /// If no table of nodes is chosen.
     pub fn nodes(&mut self, nodes: &NodeRows<'_>) {
-        let table = self.tables.iter_mut().find(|table| table.layout.topic == NODES);
+        let table = self.tables.iter_mut().find(|table| table.name == NODES);
         let table = table.expect("nodes are asked for");
-        let layout = nodes_layout(nodes.axes);
-        if table.layout != layout {
+        let empty = nodes_table(nodes.axes);
+        if table.columns != empty.columns {
             // The first nodes tell along which axes they move.
-            *table = RunTable { batch: Batch::new(&layout.columns), layout };
+            *table = empty;
         }
-        rows::nodes(&mut table.batch, nodes);
+        rows::nodes(table, nodes);
     }
 
     fn take_record(&mut self, record: &Record) -> Result<(), String> {
@@ -221,23 +211,23 @@ impl RunTables {
                         record.step
                     ));
                 }
-                if let Some(batch) = self.batch(STEP, record.time_s) {
-                    rows::step(batch, record, parts);
+                if let Some(table) = self.table(STEP, record.time_s) {
+                    rows::step(table, record, parts);
                 }
-                if let Some(batch) = self.batch(SWITCH, record.time_s) {
-                    record.switches.iter().for_each(|switch| rows::switch(batch, record, switch, parts));
+                if let Some(table) = self.table(SWITCH, record.time_s) {
+                    record.switches.iter().for_each(|switch| rows::switch(table, record, switch, parts));
                 }
             }
             Record::Fields(record) => {
                 let parts = self.state_parts.unwrap_or_else(|| self.first_state(record));
-                if let Some(batch) = self.batch(FIELDS, record.time_s) {
-                    rows::fields(batch, record, parts).map_err(|ragged| ragged.to_string())?;
+                if let Some(table) = self.table(FIELDS, record.time_s) {
+                    rows::fields(table, record, parts).map_err(|ragged| ragged.to_string())?;
                 }
             }
             Record::Window(record) => {
                 let of_run = StepParts { area: self.of_run.area, ..StepParts::default() };
-                if let Some(batch) = self.batch(WINDOW, record.time_s) {
-                    rows::window(batch, record, of_run).map_err(|ragged| ragged.to_string())?;
+                if let Some(table) = self.table(WINDOW, record.time_s) {
+                    rows::window(table, record, of_run).map_err(|ragged| ragged.to_string())?;
                 }
             }
             Record::Row(row) => self.take_event(&row.values)?,
@@ -257,19 +247,19 @@ impl RunTables {
             Some(Cell::Number(time_s)) => *time_s,
             _ => self.last_s,
         };
-        if let Some(batch) = self.batch(event.topic(), time_s) {
-            batch.push(&cells);
+        if let Some(table) = self.table(event.topic(), time_s) {
+            table.push(cells);
         }
         Ok(())
     }
 
     /// The table for rows of a topic and time, if chosen.
-    fn batch(&mut self, topic: &str, time_s: f64) -> Option<&mut Batch> {
+    fn table(&mut self, topic: &str, time_s: f64) -> Option<&mut Table> {
         let Chosen { from_s, to_s, .. } = self.chosen;
         if from_s.is_some_and(|from_s| time_s < from_s) || to_s.is_some_and(|to_s| time_s >= to_s) {
             return None;
         }
-        self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
+        self.tables.iter_mut().find(|table| table.name == topic)
     }
 
     /// Records the optional parts of step records and sets the columns of the tables of steps and
@@ -289,10 +279,10 @@ impl RunTables {
         parts
     }
 
-    fn set_columns(&mut self, topic: &str, columns: Vec<Column>) {
-        if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == topic) {
-            table.layout.columns = columns.into_iter().map(|column| column.in_run(self.of_run)).collect();
-            table.batch = Batch::new(&table.layout.columns);
+    fn set_columns(&mut self, topic: &'static str, columns: Vec<Column>) {
+        if let Some(table) = self.tables.iter_mut().find(|table| table.name == topic) {
+            *table =
+                Table::new(topic, columns.into_iter().map(|column| column.in_run(self.of_run)).collect());
         }
     }
 }
@@ -312,15 +302,15 @@ impl Observer for RunTables {
 }
 
 impl EventRows {
-    fn new(layout: &Layout, kinds: &[EventKind]) -> EventRows {
+    fn new(table: &Table, kinds: &[EventKind]) -> EventRows {
         let place = |name: &str| {
             let is_it = |column: &Column| column.name == name && column.kind == ColumnKind::Number;
-            layout.columns.iter().position(is_it)
+            table.columns.iter().position(is_it)
         };
         EventRows {
-            columns: layout.columns.clone(),
-            kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned().or_else(|| {
-                let row = RowKind::with(&layout.topic)?;
+            columns: table.columns.clone(),
+            kind: kinds.iter().find(|kind| kind.topic == table.name).cloned().or_else(|| {
+                let row = RowKind::with(&table.name)?;
                 Some((row.kind)())
             }),
             time: ["onset_s", "time_s", "arrival_s"].into_iter().find_map(place),
@@ -337,15 +327,16 @@ impl EventRows {
 
 /// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
 /// log lists its topics before its first message; a log damaged there may have any known topic.
-fn layouts(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Layout> {
-    let mut layouts = record_layouts(StepParts { area: of_run.area, ..StepParts::default() });
-    layouts.extend(ROWS.iter().map(|row| event_layout(&(row.kind)().with(of_run))));
+fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Table> {
+    let mut tables = record_tables(StepParts { area: of_run.area, ..StepParts::default() });
+    tables.extend(ROWS.iter().map(|row| event_table(&(row.kind)().with(of_run))));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
-    layouts.extend(kinds.iter().filter(there).map(event_layout));
+    tables.extend(kinds.iter().filter(there).map(event_table));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);
     let others = announced.iter().filter(|(topic, _)| !known(topic) && foreign::is_plain(topic));
-    layouts.extend(others.take(MOST_FOREIGN).filter_map(|(topic, schema)| {
-        Some(Layout { topic: Cow::Owned((*topic).to_owned()), columns: foreign::columns(schema)? })
-    }));
-    layouts
+    let others = others.take(MOST_FOREIGN);
+    tables.extend(
+        others.filter_map(|(topic, schema)| Some(Table::new((*topic).to_owned(), foreign::columns(schema)?))),
+    );
+    tables
 }

@@ -22,13 +22,10 @@ pub fn write_table<'a>(
     path: &Path,
     summaries: impl IntoIterator<Item = &'a Summary>,
 ) -> Result<(), TableFileError> {
-    let failed = |error: std::io::Error| TableFileError::Write {
-        path: path.display().to_string(),
-        problem: error.to_string(),
-    };
+    let failed = TableFileError::at(path);
     let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
-    let mut rows = CsvRows::headed(files.create(path)?, names, Spelling::Scientific).map_err(failed)?;
-    summaries.into_iter().try_for_each(|summary| rows.push_texts(summary.row())).map_err(failed)?;
+    let mut rows = CsvRows::headed(files.create(path)?, names, Spelling::Scientific).map_err(&failed)?;
+    summaries.into_iter().try_for_each(|summary| rows.push_texts(summary.row())).map_err(&failed)?;
     rows.finish().map(drop).map_err(failed)
 }
 

@@ -10,9 +10,9 @@ use asperity_record::{
 };
 use asperity_run::OpenLog;
 use asperity_runlog::RunWriter;
-use asperity_tables::format::State;
+use asperity_tables::format::{Format, State};
 use asperity_tables::run_tables::{ChoiceError, Chosen};
-use asperity_tables::{Csv, Export, ExportError, Report, Request};
+use asperity_tables::{Export, ExportError, Report, Request};
 use asperity_testkit::{quiet_step, run_header};
 
 payload! {
@@ -83,8 +83,8 @@ fn request(out: &Path, topics: &[&str]) -> Request {
     }
 }
 
-fn begin(log: &OpenLog, request: Request, kinds: &[EventKind]) -> Result<Export<'static>, ExportError> {
-    Export::begin(log.header(), log.scenario_toml(), &log.event_schemas(), request, kinds, &Csv)
+fn begin(log: &OpenLog, request: Request, kinds: &[EventKind]) -> Result<Export, ExportError> {
+    Export::begin(log.header(), log.scenario_toml(), &log.event_schemas(), request, kinds, Format::Csv)
 }
 
 fn export(log: &Path, request: Request, kinds: &[EventKind]) -> Report {

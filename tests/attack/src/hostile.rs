@@ -36,7 +36,6 @@ fn on_logs() -> Vec<&'static str> {
 }
 const ON_UNFINISHED: [&str; 2] =
     ["check FILE", "run default --set parameter_set=as-coded --quiet --resume --out run.mcap"];
-const ON_PARQUET: [&str; 2] = ["events FILE", "diff FILE FILE"];
 const ON_CSV: [&str; 2] = ["diff FILE FILE", "scenario validate ten-blocks --set initial.state_csv=FILE"];
 const ON_SCENARIOS: [&str; 3] = ["scenario show FILE", "scenario validate FILE", "run FILE --out run.mcap"];
 const ON_PIPELINES: [&str; 1] = ["reproduce FILE --out reproduced"];
@@ -63,8 +62,7 @@ struct Input {
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let sound = ground.genuine("small", &SMALL)?.bytes;
-    let equal_rows = fs::read(ground.root.join("fixtures/hostile/parquet/equal-rows.parquet"))?;
-    let mut inputs = inputs(&sound, &genuine_parquet(ground)?, equal_rows)?;
+    let mut inputs = inputs(&sound)?;
     let study = Study::made(ground, "bounded-study", studies::SWEEP)?;
     inputs.extend(of_studies(&study)?);
     if let Some(long) = inputs.iter().find(|input| input.bytes.len() > LONGEST) {
@@ -83,14 +81,6 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         }
         bounded(case, input, command, &sound)
     })
-}
-
-fn genuine_parquet(ground: &Ground) -> Result<Vec<u8>, Error> {
-    let folder = ground.logs.join("tables");
-    crate::ground::emptied(&folder)?;
-    let out = folder.to_str().ok_or("the target folder is no text")?;
-    ground.succeed(&ground.logs, &["export", "small.mcap", "--to", "parquet", "--quiet", "--out", out])?;
-    Ok(fs::read(Path::new(out).join("small.events.slip.parquet"))?)
 }
 
 fn bounded(case: &mut Case<'_>, input: &Input, command: &str, sound: &[u8]) -> Result<(), Error> {
@@ -181,7 +171,7 @@ fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
     Ok(inputs)
 }
 
-fn inputs(sound: &[u8], table: &[u8], equal_rows: Vec<u8>) -> Result<Vec<Input>, Error> {
+fn inputs(sound: &[u8]) -> Result<Vec<Input>, Error> {
     let log = Log::read(sound)?;
     let mut inputs = Vec::new();
     let mut add = |name: &str, commands: &[&'static str], bytes: Vec<u8>| {
@@ -225,18 +215,6 @@ fn inputs(sound: &[u8], table: &[u8], equal_rows: Vec<u8>) -> Result<Vec<Input>,
     huge.put(&mut unfinished);
     add("run.mcap.partial", &ON_UNFINISHED, unfinished);
 
-    add("equal-rows.parquet", &ON_PARQUET, equal_rows);
-    let mut random = crate::random::Random::new(table.len() as u64);
-    for number in 0..60 {
-        let mut bytes = table.to_vec();
-        // Mostly in the footer, which readers trust.
-        let from = if number % 3 == 0 { 4 } else { bytes.len() - bytes.len().min(3000) };
-        for _ in 0..=number % 3 {
-            let place = from + random.below((bytes.len() - from) as u64) as usize;
-            bytes[place] = random.below(256) as u8;
-        }
-        add(&format!("changed-{number}.parquet"), &ON_PARQUET, bytes);
-    }
     let head = "displacement_m,velocity_m_per_s,stick_position_m,slides\n";
     add("states.csv", &ON_CSV, format!("{head}{}", "0,0,0,0\n".repeat(900_000)).into_bytes());
     add("state.csv", &ON_CSV, format!("{head}{}", "1".repeat(9_000_000)).into_bytes());

@@ -281,21 +281,14 @@ pub fn tables(script: &[u8]) {
     use asperity_model::analytic::LengthLaw;
     use asperity_numbers::precursors::PrecursorRules;
     use asperity_numbers::run_data::RunData;
-    use asperity_tables::tables::ResidualRow;
 
     let path = scratch("tables.mcap");
     fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
     if let Ok(run) = RunData::read("fuzz", &path) {
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
-        let residuals = ResidualRow::of(&run, LengthLaw::Linear, &rules).expect("all is kept");
-        let made = [
-            asperity_tables::tables::events(&run).map(drop),
-            asperity_tables::tables::residual_table(&[residuals]).map(drop),
-            asperity_tables::tables::precursors(&run, LengthLaw::Tilted, &rules).map(drop),
-        ];
-        for problem in made.into_iter().filter_map(Result::err) {
-            assert!(!problem.to_string().is_empty());
-        }
+        drop(asperity_tables::tables::events(&run));
+        drop(asperity_tables::tables::residuals(&run, LengthLaw::Linear, &rules).expect("all is kept"));
+        drop(asperity_tables::tables::precursors(&run, LengthLaw::Tilted, &rules).expect("all is kept"));
     }
     fs::remove_file(&path).expect("the file was just written");
 }

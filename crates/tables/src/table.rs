@@ -1,0 +1,237 @@
+//! A table: columns with name, unit and meaning, and cells by columns. Of a table that is written while a log is
+//! read it holds the rows that are in memory at a time, which become a row group of a Parquet file.
+
+use std::borrow::Cow;
+
+use asperity_record::{Cell, Column, ColumnKind};
+
+/// The cells of one column; cells may be empty.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Of a [`ColumnKind::Count`].
+    Counts(Vec<Option<u32>>),
+    /// Of a [`ColumnKind::Step`].
+    Steps(Vec<Option<u64>>),
+    /// Of a [`ColumnKind::Number`].
+    Numbers(Vec<Option<f64>>),
+    /// Of a [`ColumnKind::Flag`].
+    Flags(Vec<Option<bool>>),
+    /// Of a [`ColumnKind::Word`].
+    Words(Vec<Option<Cow<'static, str>>>),
+}
+
+/// An array of a record: a cell for each of several rows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Array<'a> {
+    Counts(&'a [u32]),
+    Numbers(&'a [f64]),
+    /// Not zero for true.
+    Flags(&'a [u8]),
+}
+
+impl Array<'_> {
+    pub(crate) fn len(self) -> usize {
+        match self {
+            Array::Counts(values) => values.len(),
+            Array::Numbers(values) => values.len(),
+            Array::Flags(values) => values.len(),
+        }
+    }
+}
+
+impl Values {
+    fn new(kind: ColumnKind) -> Values {
+        match kind {
+            ColumnKind::Count => Values::Counts(Vec::new()),
+            ColumnKind::Step => Values::Steps(Vec::new()),
+            ColumnKind::Number => Values::Numbers(Vec::new()),
+            ColumnKind::Flag => Values::Flags(Vec::new()),
+            ColumnKind::Word => Values::Words(Vec::new()),
+        }
+    }
+
+    /// Adds a cell, several times.
+    fn push(&mut self, cell: Cell, times: usize) {
+        fn add<T: Clone>(values: &mut Vec<Option<T>>, value: Option<T>, times: usize) {
+            match times {
+                1 => values.push(value),
+                _ => values.resize(values.len() + times, value),
+            }
+        }
+        match (self, cell) {
+            (Values::Counts(values), Cell::Count(value)) => add(values, Some(value), times),
+            (Values::Steps(values), Cell::Step(value)) => add(values, Some(value), times),
+            (Values::Numbers(values), Cell::Number(value)) => add(values, Some(value), times),
+            (Values::Flags(values), Cell::Flag(value)) => add(values, Some(value), times),
+            (Values::Words(values), Cell::Word(value)) => add(values, Some(value), times),
+            (Values::Counts(values), Cell::Empty) => add(values, None, times),
+            (Values::Steps(values), Cell::Empty) => add(values, None, times),
+            (Values::Numbers(values), Cell::Empty) => add(values, None, times),
+            (Values::Flags(values), Cell::Empty) => add(values, None, times),
+            (Values::Words(values), Cell::Empty) => add(values, None, times),
+            (values, cell) => panic!("the cell {cell:?} in a column of {values:?}"),
+        }
+    }
+
+    fn extend(&mut self, array: Array<'_>) {
+        match (self, array) {
+            (Values::Counts(values), Array::Counts(array)) => values.extend(array.iter().copied().map(Some)),
+            (Values::Numbers(values), Array::Numbers(array)) => {
+                values.extend(array.iter().copied().map(Some))
+            }
+            (Values::Flags(values), Array::Flags(array)) => {
+                values.extend(array.iter().map(|flag| Some(*flag != 0)));
+            }
+            (values, array) => panic!("{array:?} in a column of {values:?}"),
+        }
+    }
+
+    /// The cell in a row.
+    pub fn cell(&self, row: usize) -> Cell {
+        match self {
+            Values::Counts(values) => values[row].map_or(Cell::Empty, Cell::Count),
+            Values::Steps(values) => values[row].map_or(Cell::Empty, Cell::Step),
+            Values::Numbers(values) => values[row].map_or(Cell::Empty, Cell::Number),
+            Values::Flags(values) => values[row].map_or(Cell::Empty, Cell::Flag),
+            Values::Words(values) => values[row].clone().map_or(Cell::Empty, Cell::Word),
+        }
+    }
+}
+
+/// Columns and rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Its name: of a table of a log that of the topic.
+    pub name: Cow<'static, str>,
+    /// Its columns, in order.
+    pub columns: Vec<Column>,
+    values: Vec<Values>,
+    rows: usize,
+}
+
+impl Table {
+    /// No rows of these columns.
+    pub fn new(name: impl Into<Cow<'static, str>>, columns: Vec<Column>) -> Table {
+        let values = columns.iter().map(|column| Values::new(column.kind)).collect();
+        Table { name: name.into(), columns, values, rows: 0 }
+    }
+
+    /// A row for each item: columns, each with the cell of an item.
+    pub fn of<T>(
+        name: impl Into<Cow<'static, str>>,
+        items: &[T],
+        columns: &[(Column, &dyn Fn(&T) -> Cell)],
+    ) -> Table {
+        let mut table = Table::new(name, columns.iter().map(|(column, _)| column.clone()).collect());
+        items.iter().for_each(|item| table.push(columns.iter().map(|(_, cell)| cell(item))));
+        table
+    }
+
+    /// One row: columns, each with its cell.
+    pub fn of_one(
+        name: impl Into<Cow<'static, str>>,
+        cells: impl IntoIterator<Item = (Column, Cell)>,
+    ) -> Table {
+        let (columns, cells): (_, Vec<Cell>) = cells.into_iter().unzip();
+        let mut table = Table::new(name, columns);
+        table.push(cells);
+        table
+    }
+
+    /// The rows of tables with the same columns, one table after the other; None of no table.
+    pub fn joined<'t>(tables: impl IntoIterator<Item = &'t Table>) -> Option<Table> {
+        let mut tables = tables.into_iter();
+        let mut joined = tables.next()?.clone();
+        for table in tables {
+            (0..table.rows).for_each(|row| joined.push(table.row(row)));
+        }
+        Some(joined)
+    }
+
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// If its cells are not those of the columns.
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
+        let mut cells = row.into_iter();
+        let pushed =
+            self.values.iter_mut().zip(&mut cells).map(|(values, cell)| values.push(cell, 1)).count();
+        let all = pushed + cells.count();
+        assert_eq!(all, self.columns.len(), "cells of a row against columns of its table");
+        self.rows += 1;
+    }
+
+    /// Adds as many rows as each of the arrays has cells, which all begin with the same cells.
+    pub(crate) fn push_arrays(&mut self, rows: usize, same: &[Cell], counted: u32, arrays: &[Array<'_>]) {
+        let (head, tail) = self.values.split_at_mut(same.len());
+        head.iter_mut().zip(same).for_each(|(values, cell)| values.push(cell.clone(), rows));
+        let (first, others) = tail.split_first_mut().expect("a column of blocks");
+        (counted..).take(rows).for_each(|block| first.push(Cell::Count(block), 1));
+        assert_eq!(others.len(), arrays.len(), "arrays against columns of a table");
+        others.iter_mut().zip(arrays).for_each(|(values, array)| values.extend(*array));
+        self.rows += rows;
+    }
+
+    /// The cells of the columns.
+    pub fn values(&self) -> &[Values] {
+        &self.values
+    }
+
+    /// The cells of a row.
+    pub fn row(&self, row: usize) -> impl Iterator<Item = Cell> {
+        self.values.iter().map(move |values| values.cell(row))
+    }
+
+    /// The cells of a column, by its name.
+    pub fn column(&self, name: &str) -> Option<&Values> {
+        self.columns.iter().position(|column| column.name == name).map(|place| &self.values[place])
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Removes all rows.
+    pub fn clear(&mut self) {
+        self.values = self.columns.iter().map(|column| Values::new(column.kind)).collect();
+        self.rows = 0;
+    }
+
+    /// The topic of a log as part of a file name: `step`, `events.slip`.
+    pub fn file_part(&self) -> String {
+        self.name.trim_start_matches('/').replace('/', ".")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{EventPayload, GlobalSlip};
+
+    use super::{Cell, Table};
+
+    #[test]
+    fn rows_come_back() {
+        let mut table = Table::new(GlobalSlip::TOPIC, GlobalSlip::COLUMNS.to_vec());
+        assert_eq!(table.file_part(), "events.global");
+        let row = |global: u64, recurrence: Cell| {
+            let number = || Cell::Number(0.1 + 0.2);
+            [Cell::Step(global), Cell::Step(7), number(), number(), recurrence, number(), Cell::Empty]
+        };
+        table.push(row(0, Cell::Empty));
+        table.push(row(1, Cell::Number(2.5)));
+        assert_eq!(table.rows(), 2);
+        assert!(table.row(0).eq(row(0, Cell::Empty)));
+        assert!(table.row(1).eq(row(1, Cell::Number(2.5))));
+        table.clear();
+        assert_eq!(table.rows(), 0);
+        table.push(row(2, Cell::Empty));
+        assert_eq!(table.values()[0].cell(0), Cell::Step(2));
+    }
+
+    #[test]
+    #[should_panic(expected = "columns of its table")]
+    fn rows_with_other_cells_than_columns_are_refused() {
+        Table::new("global", GlobalSlip::COLUMNS.to_vec()).push([Cell::Step(1)]);
+    }
+}

@@ -259,7 +259,7 @@ series = [{ run = "coded", label = "N = 10" }]
 [[figure.displacement]]
 file = "displacement.png"
 run = "coded"
-blocks = [1, 5, 10]
+at_blocks = [1, 5, 10]
 
 [[figure.velocities]]
 file = "velocities.png"
@@ -348,6 +348,6 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
     ] {
         refused(2, from, to, expected);
     }
-    let expected = "figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)";
+    let expected = "figure displacement.png: at_blocks: 11 is not in run coded (accepted: 1 to 10)";
     refused(1, "blocks = [1, 5, 10]", "blocks = [1, 11]", expected);
 }

@@ -455,3 +455,20 @@ fn many_runs_are_exported_and_the_unreadable_told() {
         "{written:?}"
     );
 }
+
+/// The curves of a figure as a table, which a figure of the same kind shows.
+#[test]
+fn curves_are_exported_by_name() {
+    let folder = folder();
+    let (log, out) = (run_with_window(folder.path()), folder.path().join("out"));
+    fs::create_dir(&out).expect("it is new");
+    export(&log, "csv", &out, &["--curve", "forces", "--set", "to_s=0.5"]);
+    let table = fs::read_to_string(out.join("run.curve.forces.csv")).expect("it is written");
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("curve,label,role,quantity,x,y"));
+    let normal: Vec<&str> = lines.filter(|line| line.starts_with("1,F_N,measured,force (N),")).collect();
+    assert!(normal.len() > 100 && table.contains("\n4,F_T,measured,force (N),"), "{table}");
+    let refused = ["export", text(&log), "--to", "csv", "--out", text(&out), "--curve"];
+    ends(2, &[&refused[..], &["farces"]].concat(), &["there is no curve \"farces\"; did you mean forces?"]);
+    ends(2, &[&refused[..], &["loads", "--set", "blocks=5"]].concat(), &["(accepted: none)"]);
+}

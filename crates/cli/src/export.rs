@@ -5,11 +5,14 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
+use asperity_numbers::curve::NamedCurves;
+use asperity_numbers::run_data::Collector;
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, OpenLog, StatesError, Verdict};
 use asperity_tables::format::State;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
+use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
 use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, TableFileError, name_of};
 use clap::{Args, ValueEnum};
@@ -17,6 +20,7 @@ use clap::{Args, ValueEnum};
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{A_FOLDER, fits, refused};
 use crate::progress::Board;
+use crate::reading::{self, Reading};
 use crate::{terminal, verdict_exit};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -72,6 +76,12 @@ pub(crate) struct ExportArguments {
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
+    /// Instead of topics, these curves of the run, as NAME.curve.CURVE (docs/outputs.md#curves).
+    #[arg(long, value_name = "CURVE", conflicts_with_all = ["topic", "from_s", "to_s", "nodes_at_s"])]
+    pub(crate) curve: Option<String>,
+    /// A key of the curves, such as blocks=5. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE", requires = "curve")]
+    pub(crate) set: Vec<String>,
     /// Also export all nodes of a slab, a sheet or a body at this time, as NAME.nodes. May be repeated.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) nodes_at_s: Vec<f64>,
@@ -162,6 +172,9 @@ fn export_one(
         ExportFormat::Ndjson => Some(Format::Ndjson),
         ExportFormat::Vtk => None,
     };
+    if let Some(curve) = &arguments.curve {
+        return curves(run, request, (curve, &arguments.set), format, board);
+    }
     let log = OpenLog::open(run).map_err(|checked| match checked.verdict {
         verdict if verdict.tells_nothing() || arguments.nodes_at_s.is_empty() => {
             verdict_exit::failure(run, &checked)
@@ -242,6 +255,39 @@ fn export_one(
         }
         Ran { problem: None, .. } => verdict_exit::finish(run, &checked, board),
     }
+}
+
+/// Writes the table of curves of a name, with these keys.
+fn curves(
+    run: &Path,
+    request: &Request,
+    (name, set): (&str, &[String]),
+    format: Option<Format>,
+    board: &Board,
+) -> Result<(), Failure> {
+    let bad = |problem: String| Failure::BadInput(format!("--curve {problem}"));
+    let named = NamedCurves::find(name).map_err(bad)?;
+    let keys = named.keys_of(set).map_err(|problem| Failure::BadInput(format!("--set {problem}")))?;
+    let format = format
+        .ok_or_else(|| bad(format!("{name}: vtk is of nodes (accepted: --to csv, ndjson or parquet)")))?;
+    let begin = |log: &OpenLog| {
+        Collector::of_log(&request.name, log.header(), log.needed_scenario()?, named.required_data(&keys))
+    };
+    let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
+    let Reading { checked, observer, has_ruptures } = reading::once(run, begin, accept)?;
+    let data = observer.finish(has_ruptures, checked.seen.end.as_ref());
+    let curves = named.of(&data, &keys).map_err(Failure::failed)?;
+    let mut table = asperity_tables::curves::table(named, &curves);
+    let name = format!("{}.{}", request.name, table.file_part());
+    let rows = table.rows() as u64;
+    let files = FileSet::new(request.existing, request.inputs.clone());
+    let across = [("asperity:x".to_owned(), named.across(&data).to_owned())];
+    let written = TableFiles::begin(&files, &request.out, &name, &[format], &table)
+        .and_then(|writing| writing.finish(&mut table, &across));
+    let paths = written.map_err(|error| failure(error.into()))?;
+    files.publish().map_err(|error| refused("--out", &error, true))?;
+    terminal::say(format_args!("{}: {}", paths[0].display(), counted(rows, "row")))?;
+    verdict_exit::finish(run, &checked, board)
 }
 
 /// Writes an image of all nodes and one of all contacts for each time, and their collections.

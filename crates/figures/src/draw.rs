@@ -11,22 +11,16 @@ mod arrival_map;
 mod axis;
 mod chart;
 mod colours;
-mod damping;
+mod curve;
 mod dispersion;
-mod displacement;
 mod error;
 mod film_strip;
-#[cfg(test)]
-mod first_day;
-mod forces;
 mod friction;
-mod front;
 mod front_profile;
 mod front_speed;
 mod front_speeds;
 mod front_stress;
 mod front_transient;
-mod initial_shear;
 mod ink;
 mod junction_forces;
 mod kind;
@@ -35,7 +29,6 @@ mod lengths;
 mod lines;
 mod load;
 mod load_ruptures;
-mod loads;
 mod moment_duration;
 mod moment_rates;
 mod moments;
@@ -45,14 +38,12 @@ mod onset;
 mod outlines;
 mod overview;
 mod print;
-mod pulse;
 mod recurrence;
 mod rupture_selector;
 mod scale;
 mod sheet;
 mod sizes;
 mod slab_field;
-mod slipped;
 mod space_time;
 mod spread;
 mod stability_boundary;
@@ -60,7 +51,6 @@ mod stress;
 mod stress_sequence;
 mod study;
 mod text;
-mod velocities;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -68,6 +58,7 @@ use std::sync::Mutex;
 
 use asperity_files::FileSet;
 use asperity_model::analytic::LengthLaw;
+use asperity_numbers::curve::{NamedCurves, place};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
@@ -84,7 +75,7 @@ use sheet::Sheet;
 use text::plain;
 
 macro_rules! kinds {
-    ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+    (curves: $($curves:ident: $of:ident $of_name:literal, $key:literal;)* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a study, by kind: those of single runs, and those of the tables of runs over
         /// axes.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -94,6 +85,11 @@ macro_rules! kinds {
             phase_map: Vec<PhaseMap>,
             #[serde(default)]
             family: Vec<Family>,
+            $(
+                #[serde(default, rename = $key)]
+                #[schemars(description = NamedCurves::all()[place($of_name)].about.trim_ascii())]
+                $curves: Vec<curve::$of<{ place($of_name) }>>,
+            )*
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
 
@@ -101,6 +97,10 @@ macro_rules! kinds {
             /// Each with what its kind shows.
             fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
                 let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
+                $({
+                    let what = NamedCurves::all()[place($of_name)].about.trim_ascii();
+                    all.extend(self.$curves.iter().map(|figure| (what, figure as &dyn AnyFigure)));
+                })*
                 $({
                     let what = concat!($($doc),*).trim_ascii();
                     let of_runs = self.$field.iter().filter(|figure| Figure::is_of_runs(*figure));
@@ -113,14 +113,17 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// Velocities of one mode under several dampings.
-    "damping" damping: damping::Damping,
-    /// Displacement of chosen blocks against time.
-    "displacement" displacement: displacement::Displacement,
-    /// `tau / p` along the slider after a precursor.
-    "front" front: front::Front,
-    /// Initial shear profiles.
-    "initial-shear" initial_shear: initial_shear::InitialShear,
+    curves:
+    damping: OfSeries "ring-down", "damping";
+    displacement: OfRun "displacement", "displacement";
+    front: OfRun "front", "front";
+    initial_shear: OfSeries "initial-shear", "initial-shear";
+    loads: OfRun "loads", "loads";
+    forces: OfRun "forces", "forces";
+    velocities: OfRun "velocities", "velocities";
+    slipped: OfSeries "slipped", "slipped";
+    pulse: OfSeries "pulse", "pulse";
+
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: Lengths,
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
@@ -128,18 +131,10 @@ kinds! {
     "junction-forces" junction_forces: junction_forces::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
-    /// Normal load and driving force against time.
-    "loads" loads: loads::Loads,
     /// `tau` along the slider when the first precursor starts.
     "onset" onset: onset::Onset,
     /// First global slip against the time step.
     "spread" spread: spread::Spread,
-    /// Velocities of some blocks during a slip event.
-    "velocities" velocities: velocities::Velocities,
-    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time; of rate-and-state friction `f_0 F_N`.
-    "forces" forces: forces::Forces,
-    /// Share of the blocks that slid, against the load, wherever slip began.
-    "slipped" slipped: slipped::Slipped,
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants; of rate-and-state friction
     /// `f_0 p_n`.
     "stress" stress: stress::Stress,
@@ -161,8 +156,6 @@ kinds! {
     /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
     /// first slip of each block in the run. For one rupture among others, see `front-profile`.
     "front-transient" front_transient: front_transient::FrontTransient,
-    /// Velocity and slip of blocks that a slip pulse passes.
-    "pulse" pulse: pulse::Pulse,
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest" arrest: arrest::Arrest,
     /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
@@ -441,6 +434,8 @@ pub const OVERVIEW_DATA: RequiredData = RequiredData::LOADS;
 
 #[cfg(test)]
 mod tests {
+    pub(super) mod first_day;
+
     use std::collections::BTreeMap;
 
     use asperity_record::{FieldRecord, WindowRecord};

@@ -48,6 +48,8 @@ pub mod catalogue;
 pub mod claim;
 pub mod claims;
 mod creep;
+pub mod curve;
+pub mod curve_list;
 pub mod curves;
 pub mod distributions;
 pub mod estimate;

@@ -7,6 +7,8 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use asperity_files::{better_name, is_taken};
 use asperity_model::{Scenario as Resolved, ScenarioSource};
+use asperity_numbers::curve::NamedCurves;
+use asperity_numbers::run_data::Collector;
 use asperity_numbers::{Slider, Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunEnd, RunHeader, counted};
 use asperity_report::html::markup;
@@ -28,7 +30,7 @@ use crate::figure::Figure;
 use crate::scenario::{Scenario, summary_of};
 use crate::source::{Source, Stoppable, read};
 use crate::tables::Table;
-use crate::values;
+use crate::values::{self, assigned, items};
 
 /// Most rows of a table of records: up to two GB while they become columns.
 const MOST_ROWS: usize = 10_000_000;
@@ -473,6 +475,22 @@ impl Run {
     fn nodes(&self, py: Python<'_>, t: f64) -> PyResult<Nodes> {
         self.source.must_be_unchanged(py)?;
         field::nodes(py, &self.source, t)
+    }
+
+    /// Curves of it by name, a row for each point (docs/outputs.md#curves).
+    #[pyo3(signature = (name, /, **keys))]
+    fn curve(&self, py: Python<'_>, name: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
+        let named = NamedCurves::find(name).map_err(refused)?;
+        let keys = keys.map_or_else(|| Ok(Vec::new()), |keys| items(keys.as_mapping()))?;
+        let set = keys.iter().map(|(key, value)| assigned(key, value)).collect::<PyResult<Vec<_>>>()?;
+        let keys = named.keys_of(&set).map_err(refused)?;
+        let Source { name, header, .. } = &self.source;
+        let collector =
+            Collector::new(name, header.clone(), self.source.scenario()?.clone(), named.required_data(&keys));
+        let (collector, has_ruptures, end) = self.source.observe(py, |_| collector)?;
+        let data = py.detach(|| collector.finish(has_ruptures, end.as_ref()));
+        let curves = named.of(&data, &keys).map_err(failed)?;
+        Ok(Table::of(&asperity_tables::curves::table(named, &curves)))
     }
 
     /// Draws a figure of it; `asperity.figures()` lists the kinds, docs/figures.md their keys.

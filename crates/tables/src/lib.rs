@@ -51,6 +51,7 @@
 //! ```
 
 mod comma;
+pub mod curves;
 mod error;
 pub mod export;
 mod foreign;

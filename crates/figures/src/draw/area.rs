@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+pub(super) use asperity_numbers::curve_list::along;
 use asperity_numbers::run_data::RunEvents;
 use asperity_record::{Contacts, magnitude};
 use plotters::prelude::RGBColor;
@@ -201,18 +202,6 @@ impl Area {
         let layout = Layout::Close((width + 2.0 * half) / (right - left));
         Sheet { layout, bar, ..Sheet::of(panels.into_iter().map(panel).collect()) }
     }
-}
-
-/// A quantity along the slider: over an area the mean of each column of contacts.
-pub(super) fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
-    let contacts = run.header.contacts();
-    if !contacts.is_area() {
-        return values.to_vec();
-    }
-    let columns = contacts.columns() as usize;
-    let mean =
-        |column: usize| values[column..].iter().step_by(columns).sum::<f64>() / f64::from(contacts.rows());
-    (0..columns).map(mean).collect()
 }
 
 /// Sizes of vectors.

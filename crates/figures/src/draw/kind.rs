@@ -3,13 +3,16 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 
+use asperity_numbers::curve::Role;
+use asperity_numbers::curve_list;
+pub(super) use asperity_numbers::curve_list::{DYNAMIC, of_one_row};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::sheet::{BLUE, Dash, Layer, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -197,10 +200,6 @@ pub(super) fn with_pens<'a, P>(
     Ok(all.map(|(index, (label, part))| (Pen::nth(index, label), part)).collect())
 }
 
-/// What the dynamic coefficient is called in all figures; chapter 5 of the thesis writes `mu_k`,
-/// chapter 6 `mu_d`.
-pub(super) const DYNAMIC: &str = "μ_d";
-
 /// What the wave speed is called that front speeds are compared with: where there are shear waves, theirs.
 pub(super) fn wave_speed_name(run: &RunData) -> &'static str {
     if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" }
@@ -211,30 +210,25 @@ pub(super) fn place_name(run: &RunData) -> &'static str {
     if run.of_one_row().is_some() { "block n" } else { "column i" }
 }
 
-/// Refuses runs over an area in figures of what blocks do one after the other.
-pub(super) fn of_one_row(run: &RunData) -> Result<(), String> {
-    run.of_one_row().map(drop).ok_or_else(|| {
-        format!(
-            "the contacts of run {} cover an area, and this figure follows blocks along a row (accepted: a run of a \
-             chain or a slab; arrival-map and film-strip show fronts over an area)",
-            run.name
-        )
-    })
-}
-
 /// A level of friction over load, how its line looks, and what it is called.
 pub(super) type Level = (f64, Dash, RGBColor, &'static str);
 
+/// How lines look that are not measured.
+pub(super) fn level_look(role: Role) -> (Dash, RGBColor) {
+    match role {
+        Role::Sliding => (Dash::DotDashed, RED),
+        Role::Guide => (Dash::Dotted, GREY),
+        _ => (Dash::Dashed, BLUE),
+    }
+}
+
 /// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
 pub(super) fn levels(run: &RunData) -> Vec<Level> {
-    let friction = &run.plan.friction;
-    match friction.law.rate_and_state() {
-        Some(law) => vec![(law.reference_coefficient, Dash::Dashed, BLUE, "f_0")],
-        None => vec![
-            (friction.static_coefficient, Dash::Dashed, BLUE, "μ_s"),
-            (friction.dynamic_coefficient, Dash::DotDashed, RED, DYNAMIC),
-        ],
-    }
+    let look = |(level, role, label)| {
+        let (dash, colour) = level_look(role);
+        (level, dash, colour, label)
+    };
+    curve_list::levels(run).into_iter().map(look).collect()
 }
 
 /// They as lines across a figure.

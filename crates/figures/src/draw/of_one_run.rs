@@ -179,13 +179,10 @@ impl About {
             "displacement" => {
                 let mut shown = vec![1, blocks.div_ceil(2), *blocks];
                 shown.dedup();
-                json!({ "blocks": shown })
+                json!({ "at_blocks": shown })
             }
-            "front" => json!({ "blocks": columns.div_ceil(2) }),
-            "velocities" => json!({ "blocks": columns }),
             "onset" => json!({ "blocks": columns, "logarithmic": false }),
             "friction" => json!({ "against": "velocity" }),
-            "pulse" => json!({ "before": 0.5, "after": 6.0 }),
             // At rest: later times are found by taking the steps up to them.
             "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),
             "area-field" => {
@@ -315,7 +312,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL, USUAL_OVER_AREA};
-    use crate::draw::first_day::runs;
+    use crate::draw::tests::first_day::runs;
     use crate::draw::words;
 
     #[test]

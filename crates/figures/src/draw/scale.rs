@@ -67,8 +67,8 @@ pub(crate) struct Scale {
     whole: bool,
     /// The values that are labelled, where these are chosen; else they are round.
     marked: Vec<f64>,
-    /// Whether its ends follow from what is drawn.
-    is_free: bool,
+    /// What it leaves empty beyond what is drawn, over its range, if its ends follow from that.
+    room: Option<f64>,
 }
 
 /// A mark on an axis; those between bear no label.
@@ -102,7 +102,17 @@ impl Scale {
     /// A scale whose ends follow from what is drawn, with a little room on both sides; from zero where that leaves no
     /// more than half of it empty.
     pub(crate) fn free(label: &str) -> Scale {
-        Scale { is_free: true, ..Scale::between(label, 0.0, 1.0) }
+        Scale { room: Some(ROOM), ..Scale::between(label, 0.0, 1.0) }
+    }
+
+    /// The same, which ends with what is drawn.
+    pub(crate) fn tight(label: &str) -> Scale {
+        Scale { room: Some(0.0), ..Scale::free(label) }
+    }
+
+    /// It without its label.
+    pub(crate) fn unlabelled(self) -> Scale {
+        Scale { label: String::new(), ..self }
     }
 
     /// The same, logarithmic.
@@ -112,22 +122,21 @@ impl Scale {
 
     /// It with ends that hold these values, if it is free.
     pub(crate) fn fitted(&self, values: impl Iterator<Item = f64> + Clone) -> Scale {
-        if !self.is_free {
-            return self.clone();
-        }
+        let Some(room) = self.room else { return self.clone() };
         let whole = self.whole || values.clone().all(|value| value.fract() == 0.0);
         let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
         let (low, high) =
             places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
-        if low > high {
+        // Nothing, or zero alone, is shown from 0 to 1.
+        if low > high || (!self.log && low == 0.0 && high == 0.0) {
             return self.clone();
         }
         let least = if self.log { 0.5 } else { (0.1 * low.abs()).max(1e-9) };
-        let room = if high > low { ROOM * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
+        let room = if high > low { room * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
         let from_zero = !self.log && low >= 0.0 && low <= 0.5 * high;
         let ends = (if from_zero { 0.0 } else { low - room }, high + room);
         let (from, to) = if self.log { powers(ends.0, ends.1) } else { self::ends(ends.0, ends.1) };
-        Scale { from, to, whole, is_free: false, ..self.clone() }
+        Scale { from, to, whole, room: None, ..self.clone() }
     }
 
     /// Extends the axis to zero, unless more than half of it would be empty.
@@ -153,7 +162,7 @@ impl Scale {
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
         let (from, to) = ends(from, to);
         let (words, marked) = (Vec::new(), Vec::new());
-        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked, is_free: false }
+        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked, room: None }
     }
 
     /// Labels only whole numbers, if `whole`.

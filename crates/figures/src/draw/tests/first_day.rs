@@ -7,12 +7,12 @@ use asperity_record::{FieldRecord, WindowRecord};
 use asperity_testkit::made_up::{self, EVENTS};
 use schemars::schema_for;
 
-use super::Figures;
-use super::kind::AnyFigure;
+use crate::draw::Figures;
+use crate::draw::kind::AnyFigure;
 
 /// One of each kind, as the page on figures has them.
 fn examples() -> Figures {
-    let page = include_str!("../../../../docs/figures.md");
+    let page = include_str!("../../../../../docs/figures.md");
     let (_, example) = page.split_once("# out/kinds.toml\n").expect("the page has the example");
     let (example, _) = example.split_once("```").expect("it ends");
     let mut example: toml::Table = example.parse().unwrap();
@@ -78,7 +78,7 @@ fn with_records(mut run: RunData) -> RunData {
 
 /// Runs of one step and more, without an event and with some, of chains and slabs, at rest and
 /// unloaded.
-pub(super) fn runs() -> Vec<RunData> {
+pub(in crate::draw) fn runs() -> Vec<RunData> {
     let mut runs = Vec::new();
     for events in [&[][..], &[(1, 2, &[1][..])], &EVENTS[..1], &EVENTS] {
         for toml in ["", "drive.velocity_m_per_s = 0", "initial_shear.beta = 0.2", "friction.law = \"rigid\""]

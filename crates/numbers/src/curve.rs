@@ -1,0 +1,201 @@
+//! Curves of a run by name, as [`Number`](crate::Number) is for numbers: figures draw them, `export` writes
+//! them as tables, and Python returns them as arrays.
+
+use asperity_model::among;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::curve_list::CURVES;
+use crate::required_data::RequiredData;
+use crate::run_data::RunData;
+
+/// What the points of a curve are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Simulated, one after the other.
+    Measured,
+    /// Simulated, of which one in so many is marked beside a line.
+    Marked(usize),
+    /// From theory.
+    Theory,
+    /// What contacts bear before they slide.
+    Static,
+    /// What contacts bear while they slide.
+    Sliding,
+    /// A line that guides the eye.
+    Guide,
+    /// No points: what its label says of the curves beside it.
+    Remark,
+}
+
+impl Role {
+    /// What it is called in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Role::Measured | Role::Marked(_) => "measured",
+            Role::Theory => "theory",
+            Role::Static => "static friction",
+            Role::Sliding => "sliding friction",
+            Role::Guide => "guide",
+            Role::Remark => "remark",
+        }
+    }
+}
+
+/// A curve of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Which of the quantities upwards it shows, from 0.
+    pub axis: usize,
+    /// What it is called; empty if it is what its run is called.
+    pub label: String,
+    /// What its points are.
+    pub role: Role,
+    /// Its points, in the units of the axes.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    /// A curve of the first quantity.
+    pub(crate) fn new(role: Role, label: impl Into<String>, points: Vec<(f64, f64)>) -> Curve {
+        Curve { axis: 0, label: label.into(), role, points }
+    }
+
+    /// It, of the second quantity.
+    pub(crate) fn below(self) -> Curve {
+        Curve { axis: 1, ..self }
+    }
+
+    pub(crate) fn remark(text: impl Into<String>) -> Curve {
+        Curve::new(Role::Remark, text, Vec::new())
+    }
+}
+
+/// What curves are asked for; each uses the keys that it names.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CurveKeys {
+    /// A length in blocks.
+    pub blocks: Option<u32>,
+    /// Blocks, counted from 1.
+    pub at_blocks: Vec<u32>,
+    /// Where the time axis begins, s.
+    pub from_s: Option<f64>,
+    /// Where the time axis ends, s.
+    pub to_s: Option<f64>,
+    /// Time before a pulse, over `a / c`.
+    pub before: Option<f64>,
+    /// Time after a pulse, over `a / c`.
+    pub after: Option<f64>,
+}
+
+/// Curves of this name of any run.
+#[derive(Debug)]
+pub struct NamedCurves {
+    /// Their name.
+    pub name: &'static str,
+    /// What they show.
+    pub about: &'static str,
+    /// The quantity across, with its unit; over an area columns take the place of blocks.
+    pub x: &'static str,
+    /// The quantities upwards, with their units.
+    pub y: &'static [&'static str],
+    /// The keys that they use, of [`CurveKeys`].
+    pub keys: &'static [&'static str],
+    pub(crate) required: fn(&CurveKeys) -> RequiredData,
+    pub(crate) of: fn(&RunData, &CurveKeys) -> Result<Vec<Curve>, String>,
+}
+
+impl NamedCurves {
+    /// All of them.
+    pub const fn all() -> &'static [NamedCurves] {
+        CURVES
+    }
+
+    /// Those of a name.
+    ///
+    /// # Errors
+    /// In words, with the names that there are.
+    pub fn find(name: &str) -> Result<&'static NamedCurves, String> {
+        let names: Vec<&str> = CURVES.iter().map(|curves| curves.name).collect();
+        let found = CURVES.iter().find(|curves| curves.name == name);
+        found.ok_or_else(|| {
+            format!("there is no curve {name:?}{}", among(name, &names, "those of docs/outputs.md#curves"))
+        })
+    }
+
+    /// What the axis across is called for a run.
+    pub fn across(&self, run: &RunData) -> &'static str {
+        if self.x == "block n" && run.of_one_row().is_none() { "column i" } else { self.x }
+    }
+
+    /// Keys that are given as `KEY=VALUE`.
+    ///
+    /// # Errors
+    /// In words, with what is accepted.
+    pub fn keys_of(&self, set: &[String]) -> Result<CurveKeys, String> {
+        let mut table = toml::Table::new();
+        for assignment in set {
+            let (key, _) = assignment.split_once('=').unwrap_or((assignment, ""));
+            if !self.keys.contains(&key.trim()) {
+                let accepted = if self.keys.is_empty() { "none".to_owned() } else { self.keys.join(", ") };
+                return Err(format!("{key}: curves {} have no such key (accepted: {accepted})", self.name));
+            }
+            let parsed: toml::Table = assignment.parse().map_err(|error| format!("{assignment}: {error}"))?;
+            table.extend(parsed);
+        }
+        table.try_into().map_err(|error| format!("{}: {error}", set.join(", ")))
+    }
+
+    /// What they read of a run.
+    pub fn required_data(&self, keys: &CurveKeys) -> RequiredData {
+        (self.required)(keys)
+    }
+
+    /// The curves of a run.
+    ///
+    /// # Errors
+    /// In words, what the run lacks.
+    pub fn of(&self, run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+        (self.of)(run, keys)
+    }
+}
+
+/// The place of a name in the list, for types that belong to one.
+pub const fn place(name: &str) -> usize {
+    let mut place = 0;
+    while place < CURVES.len() {
+        if is_same(CURVES[place].name.as_bytes(), name.as_bytes()) {
+            return place;
+        }
+        place += 1;
+    }
+    panic!("there are no curves of this name")
+}
+
+const fn is_same(a: &[u8], b: &[u8]) -> bool {
+    let mut n = 0;
+    while n < a.len() && n < b.len() && a[n] == b[n] {
+        n += 1;
+    }
+    n == a.len() && n == b.len()
+}
+
+/// Declares curves: name, the axis across and those upwards, the keys that they use, what they read of a
+/// run, and their function.
+macro_rules! curves {
+    ($($(#[doc = $doc:literal])* $name:literal: $y:expr, over $x:literal, [$($key:literal)*], $required:expr, $of:expr;)+) => {
+        /// All curves, by name.
+        pub(crate) const CURVES: &[$crate::curve::NamedCurves] = &[$($crate::curve::NamedCurves {
+            name: $name,
+            about: concat!($($doc),*),
+            x: $x,
+            y: &$y,
+            keys: &[$($key),*],
+            required: $required,
+            of: $of,
+        }),+];
+    };
+}
+
+pub(crate) use curves;

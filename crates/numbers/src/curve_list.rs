@@ -1,0 +1,302 @@
+//! The curves that figures, tables and Python ask for by name.
+//!
+//! To add one: a function and an entry; and where it is to be a kind of figure, its name in
+//! `crates/figures/src/draw.rs`.
+
+use asperity_model::analytic::LengthLaw;
+use asperity_record::WindowRecord;
+
+use crate::curve::{Curve, CurveKeys, Role, curves};
+use crate::curves::{event_in_window, front_profile, growing_slips, pull_ratio, ring_down};
+use crate::fronts;
+use crate::required_data::RequiredData;
+use crate::run_data::{RunData, RunEvents};
+
+curves! {
+    /// Velocities of one mode under several dampings.
+    "ring-down": ["v_1(t)/v_1(0)"], over "t √(k/m)", [], |_| RequiredData::WINDOWS, ringing;
+    /// Displacement of chosen blocks against time.
+    "displacement": ["u_n (mm)"], over "t (s)", ["at_blocks"],
+        |keys| RequiredData { displacements_of: keys.at_blocks.iter().copied().collect(), ..RequiredData::NOTHING },
+        displacement;
+    /// `tau / p` along the slider after a precursor.
+    "front": ["τ_n/p_n"], over "block n", ["blocks"], |_| RequiredData::LOADS | RequiredData::STATES, front;
+    /// Initial shear profiles.
+    "initial-shear": ["τ_0/p"], over "x/L", [], |_| RequiredData::STATES, initial_shear;
+    /// Normal load and driving force against time.
+    "loads": ["force (N)"], over "t (s)", [], |_| RequiredData::LOADS, loads;
+    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time; of rate-and-state friction `f_0 F_N`.
+    "forces": ["force (N)"], over "t (s)", ["from_s" "to_s"], |_| RequiredData::LOADS, forces;
+    /// Velocities of some blocks during a slip event.
+    "velocities": ["v_n (mm/s)", "blocks sliding"], over "t − t_0 (ms)", ["blocks"], |_| RequiredData::WINDOWS,
+        velocities;
+    /// Share of the blocks that slid, against the load, wherever slip began.
+    "slipped": ["share of blocks that slid"], over "F_T/F_N", [], |_| RequiredData::LOADS, slipped;
+    /// Velocity and slip of blocks that a slip pulse passes.
+    "pulse": ["velocity × √(km)/[(μ_s − μ_d)p]", "slip × k/[(μ_s − μ_d)p]"],
+        over "time since the pulse came, over a/c", ["before" "after"], |_| RequiredData::WINDOWS, pulse;
+}
+
+/// What the dynamic coefficient is called; chapter 5 of the thesis writes `mu_k`, chapter 6 `mu_d`.
+pub const DYNAMIC: &str = "μ_d";
+
+/// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
+pub fn levels(run: &RunEvents) -> Vec<(f64, Role, &'static str)> {
+    let friction = &run.plan.friction;
+    match friction.law.rate_and_state() {
+        Some(law) => vec![(law.reference_coefficient, Role::Static, "f_0")],
+        None => vec![
+            (friction.static_coefficient, Role::Static, "μ_s"),
+            (friction.dynamic_coefficient, Role::Sliding, DYNAMIC),
+        ],
+    }
+}
+
+/// Refuses runs over an area in curves of what blocks do one after the other.
+///
+/// # Errors
+/// In words, with what is accepted.
+pub fn of_one_row(run: &RunEvents) -> Result<(), String> {
+    run.of_one_row().map(drop).ok_or_else(|| {
+        format!(
+            "the contacts of run {} cover an area, and this figure follows blocks along a row (accepted: a run of a \
+             chain or a slab; arrival-map and film-strip show fronts over an area)",
+            run.name
+        )
+    })
+}
+
+/// A quantity along the slider: over an area the mean of each column of contacts.
+pub fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
+    let contacts = run.header.contacts();
+    if !contacts.is_area() {
+        return values.to_vec();
+    }
+    let columns = contacts.columns() as usize;
+    let mean =
+        |column: usize| values[column..].iter().step_by(columns).sum::<f64>() / f64::from(contacts.rows());
+    (0..columns).map(mean).collect()
+}
+
+/// Values at the places 1, 2 and so on.
+fn by_number(values: impl IntoIterator<Item = f64>) -> Vec<(f64, f64)> {
+    values.into_iter().enumerate().map(|(n, value)| (n as f64 + 1.0, value)).collect()
+}
+
+/// How the shortest wave dies away: undamped, under-damped, critical and over-damped, simulated and after
+/// (5.28) (Figure 5.5).
+fn ringing(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    /// About how many marks a series bears.
+    const MARKS: usize = 40;
+    of_one_row(run)?;
+    let all = ring_down(run, run.windows()?);
+    let measured = all.iter().map(|&(phase, measured, _)| (phase, measured)).collect();
+    Ok(vec![
+        Curve::new(Role::Theory, "", all.iter().map(|&(phase, _, theory)| (phase, theory)).collect()),
+        Curve::new(Role::Marked(all.len().div_ceil(MARKS).max(1)), "", measured),
+        Curve::remark("marks: simulated, lines: eq. (5.28)"),
+    ])
+}
+
+/// Blocks are counted from 1; over an area contacts, row by row. By default the first, the middle and the
+/// last one (Figure 6.7).
+fn displacement(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let mut curves = Vec::new();
+    for &block in &keys.at_blocks {
+        if !(1..=run.header.blocks).contains(&block) {
+            let (name, blocks) = (&run.name, run.header.blocks);
+            return Err(format!("at_blocks: {block} is not in run {name} (accepted: 1 to {blocks})"));
+        }
+        let contacts = run.header.contacts();
+        let label = match run.of_one_row() {
+            Some(_) => format!("block {block}"),
+            None => {
+                format!("contact {block}: column {}, row {}", contacts.column(block), contacts.row(block))
+            }
+        };
+        let course = run.states()?.displacement_of(block);
+        let points = course.iter().map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3)).collect();
+        curves.push(Curve::new(Role::Measured, label, points));
+    }
+    if curves.iter().flat_map(|curve| &curve.points).all(|(_, displacement_mm)| *displacement_mm <= 0.0) {
+        return Err(format!("no displacement of its blocks is recorded in run {}", run.name));
+    }
+    Ok(curves)
+}
+
+/// The precursor is that whose length is nearest to `blocks`, by default half of them (Figure 5.6).
+fn front(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let blocks = f64::from(keys.blocks.unwrap_or(run.columns().div_ceil(2)));
+    let (precursor, profile) = front_profile(run, run.loads()?, run.states()?, blocks)
+        .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
+    let end_s = precursor.end.end_s.unwrap_or(precursor.end.onset_s);
+    let (last, tip) = (f64::from(run.columns()), f64::from(precursor.last_block) + 0.5);
+    let place = if run.of_one_row().is_some() { "block" } else { "column" };
+    let line = |(mu, role, label)| Curve::new(role, label, vec![(0.0, mu), (last, mu)]);
+    let mut curves: Vec<Curve> = levels(run).into_iter().map(line).collect();
+    let up_to = vec![(tip, 0.0), (tip, run.plan.friction.static_coefficient)];
+    curves.push(Curve::new(Role::Guide, format!("front, {place} {}", precursor.last_block), up_to));
+    let profile = by_number(along(run, &profile));
+    curves.push(Curve::new(Role::Measured, format!("simulated, t = {end_s:.3} s"), profile));
+    Ok(curves)
+}
+
+/// As set up, and as (5.50) asks (Figure 5.7); of slabs what their load leaves.
+fn initial_shear(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    /// One block in this many is marked, so that the lines beneath can be seen.
+    const MARKED: usize = 6;
+    let fields = run.states()?.first();
+    let fields = fields.ok_or_else(|| format!("run {} has no initial fields", run.name))?;
+    let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n);
+    let shear = along(run, &shear.map(|(tau, p)| tau / p).collect::<Vec<f64>>());
+    let at = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
+    let shear: Vec<(f64, f64)> = shear.into_iter().enumerate().map(|(n, ratio)| (at(n), ratio)).collect();
+    let beta = run.scenario.initial_shear.beta;
+    let (line, remark) = match (run.plan.elastic.has_foundation(), run.of_one_row()) {
+        (true, Some(_)) => (Curve::new(Role::Measured, "", shear.clone()), "slabs at rest"),
+        (true, None) => (Curve::new(Role::Measured, "", shear.clone()), "at rest, means of columns"),
+        (false, _) => {
+            let asked = Curve::new(Role::Theory, "", vec![(0.0, -beta), (1.0, beta)]);
+            (asked, "marks: set up, lines: eq. (5.50)")
+        }
+    };
+    Ok(vec![line, Curve::new(Role::Marked(MARKED), "", shear), Curve::remark(remark)])
+}
+
+/// Figures 6.3, 6.14, 6.16, 6.18, 6.20 and 6.22.
+fn loads(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let loads = run.loads()?.iter();
+    let normal = loads.clone().map(|load| (load.time_s, load.normal_load_n)).collect();
+    let driving = loads.map(|load| (load.time_s, load.driving_force_n)).collect();
+    Ok(vec![Curve::new(Role::Measured, "F_N", normal), Curve::new(Role::Measured, "F_T", driving)])
+}
+
+fn forces(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let from_s = keys.from_s.unwrap_or(0.0);
+    let to_s = keys.to_s.unwrap_or(run.plan.grid.time_s(run.header.steps));
+    let shown: Vec<_> = run.loads()?.iter().filter(|load| (from_s..=to_s).contains(&load.time_s)).collect();
+    if shown.len() < 2 {
+        return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
+    }
+    let over_time = |role, label: String, ratio: &dyn Fn(&crate::run_data::Load) -> f64| {
+        let points = shown.iter().map(|load| (load.time_s, ratio(load) * load.normal_load_n));
+        Curve::new(role, label, points.collect())
+    };
+    let mut curves = vec![over_time(Role::Measured, "F_N".to_owned(), &|_| 1.0)];
+    for (level, role, label) in levels(run) {
+        curves.push(over_time(role, format!("{label} F_N"), &|_| level));
+    }
+    let both = if run.plan.drive.pulls_both_ways() { ", both ends added" } else { "" };
+    curves.push(over_time(Role::Measured, format!("F_T{both}"), &pull_ratio));
+    Ok(curves)
+}
+
+/// The slip event is that within the dense window whose length is nearest to `blocks`, by default all; up to
+/// the next event, so that no other takes over the axes (Figures A.1, A.2).
+fn velocities(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    /// How much of the axis lies before the event and after it, over its duration.
+    const BEFORE: f64 = 0.08;
+    const AFTER: f64 = 0.12;
+    let missing = || format!("run {} has no slip event that begins and ends in a dense window", run.name);
+    let blocks = f64::from(keys.blocks.unwrap_or(run.columns()));
+    let event = event_in_window(run, blocks).ok_or_else(missing)?;
+    let duration_s = event.end_s.ok_or_else(missing)? - event.onset_s;
+    let since_ms = |record: &WindowRecord| (record.time_s - event.onset_s) * 1e3;
+    let shown = -BEFORE * duration_s * 1e3..=(1.0 + AFTER) * duration_s * 1e3;
+    let next_step = run.slips.iter().map(|slip| slip.onset_step).find(|step| *step > event.onset_step);
+    let records = run.windows()?.iter();
+    let records: Vec<&WindowRecord> = records
+        .filter(|record| record.window == 0 && shown.contains(&since_ms(record)))
+        .take_while(|record| next_step.is_none_or(|step| record.step < step))
+        .collect();
+    let (first, last) = records.first().zip(records.last()).ok_or_else(missing)?;
+    let ends = vec![(since_ms(first), 0.0), (since_ms(last), 0.0)];
+    let course = |of: &dyn Fn(&WindowRecord) -> f64| {
+        records.iter().map(|record| (since_ms(record), of(record))).collect::<Vec<_>>()
+    };
+    let of_block = |index: usize| {
+        let label = format!("block {}", first.first_block as usize + index);
+        Curve::new(Role::Measured, label, course(&|record| record.velocity_m_per_s[index] * 1e3))
+    };
+    let mut curves = vec![Curve::new(Role::Guide, "", ends)];
+    curves.extend((0..first.velocity_m_per_s.len()).map(of_block));
+    curves.push(Curve::remark(format!("t_0 = {:.5} s", event.onset_s)));
+    curves.push(Curve::new(Role::Measured, "", course(&|record| f64::from(record.sliding))).below());
+    Ok(curves)
+}
+
+/// For events larger than all before them, wherever they began: for drives from the top and from both ends,
+/// where fronts need not start at block 1. In a chain what slid bears `mu_d` and nothing else anything.
+fn slipped(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let line = vec![(0.0, 0.0), (run.plan.friction.dynamic_coefficient, 1.0)];
+    let theory =
+        LengthLaw::are_known(&run.scenario).then(|| Curve::new(Role::Theory, "F_T/F_N = μ_d × share", line));
+    let measured = Curve::new(Role::Marked(1), "", growing_slips(run, run.loads()?));
+    Ok(theory.into_iter().chain([measured]).collect())
+}
+
+/// Velocity and slip against the time since the pulse came, which lie on each other where it is steady.
+fn pulse(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    of_one_row(run)?;
+    let (from, to) = (-keys.before.unwrap_or(0.5), keys.after.unwrap_or(6.0));
+    let crossing_s = fronts::crossing_s(run);
+    let unit_m = fronts::unit_m(run)
+        .ok_or_else(|| format!("run {} has no difference of static and sliding friction", run.name))?;
+    let passages = fronts::passages(run);
+    let mut traces = std::collections::BTreeMap::<u32, [Vec<(f64, f64)>; 2]>::new();
+    for record in run.windows()? {
+        let moved = record.displacement_m.iter().zip(&record.velocity_m_per_s);
+        for (block, (displacement_m, velocity_m_per_s)) in (record.first_block..).zip(moved) {
+            let Some(passage) = passages.get(block as usize - 1) else { continue };
+            let since = (record.time_s - passage.arrival_s) / crossing_s;
+            if (from..=to).contains(&since) {
+                let [velocity, slip] = traces.entry(block).or_default();
+                velocity.push((since, velocity_m_per_s / unit_m * crossing_s));
+                let rest_m = run.plan.initial.displacement_m[block as usize - 1];
+                slip.push((since, (displacement_m - rest_m) / unit_m));
+            }
+        }
+    }
+    if traces.is_empty() {
+        return Err(format!("run {} has no dense window of blocks that a pulse passes", run.name));
+    }
+    let mut curves = Vec::new();
+    for [velocity, slip] in traces.into_values() {
+        curves.push(Curve::new(Role::Measured, "", velocity));
+        curves.push(Curve::new(Role::Measured, "", slip).below());
+    }
+    if let Some(slip) = fronts::theory(run).and_then(|theory| theory.pulse_slip()) {
+        curves.push(Curve::new(Role::Guide, "", vec![(from, slip), (to, slip)]).below());
+        curves.push(Curve::remark("dotted: 2τ/γ").below());
+    }
+    Ok(curves)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::curve::{NamedCurves, Role};
+    use crate::made_up;
+
+    #[test]
+    fn a_slab_has_the_shear_of_all_its_contacts() {
+        let mut run = made_up::slab(&[]);
+        // As the run begins: each contact bears its part of the load.
+        run.plan.normal_load_n = vec![100.0, 200.0, 100.0];
+        let named = NamedCurves::find("initial-shear").unwrap();
+        let curves = named.of(&run, &named.keys_of(&[]).unwrap()).unwrap();
+        assert_eq!(curves[0].points, [(0.0, -0.2), (0.5, 0.0), (1.0, 0.2)]);
+        assert_eq!(curves[1].points, curves[0].points);
+        assert_eq!((curves[2].label.as_str(), curves[2].role), ("slabs at rest", Role::Remark));
+    }
+
+    #[test]
+    fn names_and_keys_are_checked() {
+        let named = NamedCurves::find("forces").unwrap();
+        assert_eq!(named.keys_of(&["to_s=2".to_owned()]).unwrap().to_s, Some(2.0));
+        let refused = |set: &str| named.keys_of(&[set.to_owned()]).unwrap_err();
+        assert_eq!(refused("blocks=3"), "blocks: curves forces have no such key (accepted: from_s, to_s)");
+        assert!(refused("to_s=\"soon\"").contains("invalid type: string"), "{}", refused("to_s=\"soon\""));
+        let unknown = NamedCurves::find("force").unwrap_err();
+        assert!(unknown.starts_with("there is no curve \"force\"; did you mean forces?"), "{unknown}");
+    }
+}

@@ -24,6 +24,7 @@ mod first_day;
 mod flips;
 mod foreign;
 mod foxglove;
+mod gallery;
 mod given;
 mod golden;
 mod hostile;

@@ -98,6 +98,8 @@ Examples:
   cargo xtask attack -- --help"
     )]
     Attack(Further),
+    /// Draw the pictures of docs/gallery.md anew, by the commands on that page.
+    Gallery,
     /// Write the notices of other people's software that `asperity --notices` prints.
     Notices,
     /// Run all checks that a change must pass.
@@ -127,6 +129,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Attack(Further { further }) => attack::command(&further),
+        Command::Gallery => test::gallery(),
         Command::Notices => notices::write(),
         Command::Ci(arguments) => ci::command(&arguments),
         Command::Nightly(arguments) => nightly::command(&arguments),

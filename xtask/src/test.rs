@@ -42,6 +42,12 @@ pub(crate) fn ignored(module: Option<&str>) -> Result<(), Failure> {
     all(&options, &variables)
 }
 
+/// Runs the test of the gallery so that it draws the pictures anew.
+pub(crate) fn gallery() -> Result<(), Failure> {
+    let test = ["test", "--locked", "-p", COMMAND, "--test", "root", "--", "--ignored", "gallery::"];
+    run(cargo(&test).env("UPDATE_EXPECT", "1"))
+}
+
 /// Runs all tests with these options, whether or not some fail.
 fn all(options: &[&str], variables: &[(&str, PathBuf)]) -> Result<(), Failure> {
     let memory = in_memory();

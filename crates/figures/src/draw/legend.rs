@@ -64,7 +64,8 @@ impl Row {
         self.indent() + text::label_width(&self.label, TICK_TEXT)
     }
 
-    fn draw(&self, page: &mut Page, (left, y): Point) {
+    /// Draws it, with words that are smaller where the row would be longer than this.
+    fn draw(&self, page: &mut Page, (left, y): Point, longest: f64) {
         let to = left + self.indent() - PAD;
         let middle = ((left + to) / 2.0, y);
         let square = || {
@@ -87,7 +88,7 @@ impl Row {
         }
         let label =
             Label { size: TICK_TEXT, align: Align::Left, role: Role::Legend, ..Label::of(&self.label) };
-        text::put(page, label, (left + self.indent(), y));
+        text::put(page, label.at_most(longest - self.indent()), (left + self.indent(), y));
     }
 }
 
@@ -152,7 +153,7 @@ impl Legend {
         };
         let Some((left, top)) = corners.into_iter().find(is_free) else { return false };
         for (n, row) in rows.iter().enumerate() {
-            row.draw(page, (left, top + ROW * (n as f64 + 0.5)));
+            row.draw(page, (left, top + ROW * (n as f64 + 0.5)), width);
         }
         true
     }
@@ -220,7 +221,7 @@ impl Below {
 
     pub(super) fn draw(&self, page: &mut Page, left: f64, top: f64) {
         for (line, x, row) in self.places() {
-            row.draw(page, (left + x, top + ROW * (line as f64 + 0.5)));
+            row.draw(page, (left + x, top + ROW * (line as f64 + 0.5)), self.width - x);
         }
     }
 }

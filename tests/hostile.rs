@@ -128,6 +128,7 @@ const ON_TEXTS: &[(&str, &[&str])] = &[
     ("scenarios", &["scenario show FILE", "scenario validate FILE", "run FILE --out never.mcap"]),
     ("profiles", &["scenario show default --set initial_shear.profile_csv=FILE"]),
     ("states", &["scenario show default --set slider.blocks=3 --set initial.state_csv=FILE"]),
+    ("measured", &["draw run.mcap --kind load --set measured=FILE --out never"]),
     ("settings", &["replay run.mcap --detectors FILE"]),
     ("sweeps", &["sweep plan FILE --out never", "sweep draw study --from FILE"]),
     ("pipelines", &["reproduce FILE --out never"]),

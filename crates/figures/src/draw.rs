@@ -29,6 +29,7 @@ mod lengths;
 mod lines;
 mod load;
 mod load_ruptures;
+mod measured;
 mod moment_duration;
 mod moment_rates;
 mod moments;
@@ -64,7 +65,7 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::spec::{self, Family, Lengths, PhaseMap};
+use crate::spec::{self, Family, Lengths, MeasuredFile, PhaseMap};
 use crate::spelling::spelled;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Figure, Parts};
@@ -226,8 +227,18 @@ impl Figures {
                 ));
             }
         }
+        for (_, figure) in self.all() {
+            figure.measured().map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
+        }
         self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
         self.lengths.iter().try_for_each(Lengths::check)
+    }
+
+    /// The files of measured points that figures name, to be read before [`Figures::check`].
+    pub fn measured_mut(&mut self) -> impl Iterator<Item = &mut MeasuredFile> {
+        let of_load = self.load.iter_mut().filter_map(|load| load.measured.as_mut());
+        let of_lengths = self.lengths.iter_mut().filter_map(|lengths| lengths.measured.as_mut());
+        of_load.chain(of_lengths).chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
     }
 
     /// Those of the tables of runs over axes.

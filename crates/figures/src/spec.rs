@@ -4,9 +4,11 @@
 
 mod axes;
 mod figure;
+mod measured;
 mod understand;
 mod written;
 
 pub use axes::{Axis, Key, place, read_place};
 pub use figure::{Figure, Kind, Quantity, Theory};
+pub use measured::{Measured, MeasuredFile};
 pub use written::{Family, Figures, Labelled, Lengths, PhaseMap, Scale, Statistic};

@@ -69,7 +69,11 @@ impl Pipeline {
     /// If its text is not accepted.
     pub(crate) fn of_plan(plan: &Plan, folder: &Path) -> Result<Option<Pipeline>, StudyError> {
         let Some(text) = &plan.common.study_toml else { return Ok(None) };
-        let pipeline = Pipeline::beside(text, plan.numbered(), &|at| plan.runs_at(at));
+        let pipeline = Pipeline::unchecked(text).and_then(|mut pipeline| {
+            let read = |path: &str| plan.common.files.measured(path, || Err("no such file".to_owned()));
+            pipeline.figure.measured_mut().try_for_each(|file| file.read(read))?;
+            pipeline.checked(plan.numbered(), &|at| plan.runs_at(at))
+        });
         pipeline.map(Some).map_err(StudyError::refused(&folder.join(plan::FILE)))
     }
 

@@ -143,6 +143,10 @@ impl Plan {
             files: Held { opens: true, ..Held::default() },
             source: OnceLock::new(),
         };
+        for file in study.pipeline.figure.clone().measured_mut() {
+            let (path, text) = file.read_text();
+            common.files.measured(path, || Ok(text.to_owned()))?;
+        }
         let numbers: Vec<u64> = (0..study.count()).collect();
         let mut rows = at_once(&numbers, jobs, |number| {
             let values = grid.values(*number);
@@ -465,6 +469,16 @@ impl Held {
         }
         texts.insert(name, text.clone());
         Ok(text)
+    }
+
+    /// The text of a file of measured points.
+    pub(crate) fn measured(
+        &self,
+        path: &str,
+        read: impl FnOnce() -> Result<String, String>,
+    ) -> Result<String, String> {
+        let refused = |problem, accepted| format!("{problem} (accepted: {accepted})");
+        self.get(format!("measured {path}"), read, refused)
     }
 }
 

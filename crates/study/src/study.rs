@@ -70,7 +70,9 @@ impl Study {
     /// # Errors
     /// A message with key, value and the accepted values.
     pub fn parse(text: &str, folder: &Path) -> Result<Study, String> {
-        let file = Pipeline::unchecked(text)?;
+        let mut file = Pipeline::unchecked(text)?;
+        let read = |path: &str| text::read(&folder.join(path)).map_err(|error| error.to_string());
+        file.figure.measured_mut().try_for_each(|file| file.read(read))?;
         if file.axis.is_empty() && file.run.is_empty() {
             return Err("there are no runs and nothing varies (accepted: [[run]], or scenario \
                         with one or more [[axis]])"
@@ -215,6 +217,8 @@ mod tests {
     use asperity_record::Cell;
 
     use super::{Grid, Keep, Study};
+    use crate::pipeline::Pipeline;
+    use crate::plan::Plan;
 
     const TILTS: &str = "[[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.5, 0.5]\n";
 
@@ -257,6 +261,43 @@ mod tests {
             let error = parse(&text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");
         }
+    }
+
+    /// Measured points are read beside the study, and a plan holds them.
+    #[test]
+    fn measured_points_are_beside_the_study_and_in_its_plan() {
+        let folder = tempfile::tempdir().unwrap();
+        let points = folder.path().join("lab.csv");
+        let text = format!(
+            "title = 't'\nscenario = 'default'\n{TILTS}[[run]]\nname = 'a'\nscenario = 'default'\n\
+             [[figure.load]]\nfile = 'a.png'\nrun = 'a'\nsliding = true\nmeasured = 'lab.csv'\n\
+             [[figure.family]]\nfile = 'b.png'\nx = 'normal_load.tilt'\ny = 'precursor_count'\n\
+             measured = 'lab.csv'\nmeasured_label = 'a laboratory'\n"
+        );
+        let of = |written: &str| {
+            std::fs::write(&points, written).unwrap();
+            Study::parse(&text, folder.path())
+        };
+        let study = of("time_s,ft_fn,normal_load.tilt,precursor_count\n1,0.1,0.2,3\n").unwrap();
+        let measured = study.figures[0].measured.as_ref().unwrap();
+        assert_eq!(
+            (measured.label.as_str(), &measured.points[..]),
+            ("a laboratory", &[[[0.2, 0.0], [3.0, 0.0]]][..])
+        );
+        let plan = Plan::of(&study, false, None).unwrap();
+        std::fs::remove_file(&points).unwrap();
+        let again = Pipeline::of_plan(&plan, folder.path()).unwrap().unwrap();
+        let read = |of: &Pipeline| of.figure.clone().measured_mut().next().unwrap().read_text().1.to_owned();
+        assert_eq!(read(&again), read(&study.pipeline));
+        let missing = Study::parse(&text, folder.path()).unwrap_err();
+        assert!(missing.starts_with("measured = \"lab.csv\" cannot be read: "), "{missing}");
+        let of_load = of("time_s,ft_fn,normal_load.tilt,precursor_count\n1,much,0.2,3\n").unwrap_err();
+        assert!(of_load.contains("line 2, column \"ft_fn\": \"much\" (accepted: a number)"), "{of_load}");
+        let of_family = of("time_s,ft_fn,normal_load.tilt\n1,0.1,0.2\n").unwrap_err();
+        assert!(
+            of_family.contains("family \"b.png\": measured") && of_family.contains("\"precursor_count\""),
+            "{of_family}"
+        );
     }
 
     /// Named runs may accompany runs over axes, which need a scenario, as do figures of their tables.

@@ -13,6 +13,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
+use crate::spec::Measured;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -33,6 +34,11 @@ pub(super) trait Figure: Framed + Sync {
         RequiredData::NOTHING
     }
 
+    /// Its measured points; in words, what its file of them lacks.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        Ok(None)
+    }
+
     /// Its part of a run; in words, what the run lacks.
     fn part(&self, run: &RunData) -> Result<Self::Part, String>;
 
@@ -48,6 +54,7 @@ pub(super) type Parts<P> = BTreeMap<String, P>;
 pub(super) trait AnyFigure: Framed + Sync {
     fn runs(&self) -> Vec<&str>;
     fn required_data(&self) -> RequiredData;
+    fn measured(&self) -> Result<Option<Measured>, String>;
     fn part(&self, run: &RunData) -> Result<AnyPart, String>;
     fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
 }
@@ -64,6 +71,10 @@ impl<F: Figure> AnyFigure for F {
         Figure::required_data(self)
     }
 
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        Figure::measured(self)
+    }
+
     fn part(&self, run: &RunData) -> Result<AnyPart, String> {
         Ok(Box::new(Figure::part(self, run)?))
     }
@@ -73,7 +84,11 @@ impl<F: Figure> AnyFigure for F {
         let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
-        Ok(Sheet { title, width_mm, ..sheet })
+        let sheet = Sheet { title, width_mm, ..sheet };
+        Ok(match Figure::measured(self)? {
+            Some(measured) => sheet.with_measured(&measured),
+            None => sheet,
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use asperity_numbers::run_data::{NotKept, RunData};
 use super::kind::{Figure, Frame, Framed, Labelled, Parts, of_runs_in, with_pens};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Marker, Shape, Sheet};
-use crate::spec::Lengths;
+use crate::spec::{Lengths, Measured};
 
 impl Lengths {
     pub(super) fn of_run(file: &str, run: &str, label: String, law: Option<LengthLaw>) -> Lengths {
@@ -48,6 +48,10 @@ impl Figure for Lengths {
 
     fn required_data(&self) -> RequiredData {
         RequiredData::LOADS
+    }
+
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        Lengths::measured(self)
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {

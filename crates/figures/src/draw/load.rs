@@ -11,12 +11,18 @@ use asperity_numbers::run_data::{self, RunData};
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
+use crate::spec::{Measured, MeasuredFile};
 
 keys! {
     Load: run;
 
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `t (s)` and `F_T/F_N`, each
+    /// optionally with a column NAME_error. Its path is relative to this file.
+    pub(super) measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    measured_label: Option<String>,
 }
 
 /// Events after the first slip of the whole slider are drawn as lines if they fall into at most
@@ -32,6 +38,8 @@ impl Load {
             title: String::new(),
             width_mm: None,
             sliding: true,
+            measured: None,
+            measured_label: None,
         }
     }
 }
@@ -44,6 +52,11 @@ impl Figure for Load {
 
     fn required_data(&self) -> RequiredData {
         RequiredData::LOADS
+    }
+
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
+        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {

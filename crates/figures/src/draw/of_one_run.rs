@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use asperity_files::FileSet;
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
+use asperity_model::text;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::RunHeader;
@@ -147,7 +148,9 @@ impl Kind {
                 return Err(format!("{assignment}: {error}"));
             }
         }
-        let figures = understood(&keys).map_err(|error| error.to_string())?;
+        let mut figures = understood(&keys).map_err(|error| error.to_string())?;
+        let read = |path: &str| text::read(path.as_ref()).map_err(|error| error.to_string());
+        figures.measured_mut().try_for_each(|file| file.read(read))?;
         figures.check().map(|()| figures)
     }
 }
@@ -342,7 +345,12 @@ mod tests {
             ("space-time", "from_s=soon", "from_s=soon: invalid type: string \"soon\""),
             ("space-time", "which=widst", "which=widst: unknown variant `widst`"),
             ("space-time", "run=b", "have no such key (accepted: from_block, from_s"),
-            ("lengths", "over=[]", "have no such key (accepted: law, title, width_mm)"),
+            (
+                "lengths",
+                "over=[]",
+                "have no such key (accepted: law, measured, measured_label, title, width_mm)",
+            ),
+            ("load", "measured=none.csv", "measured = \"none.csv\" cannot be read: "),
             ("load", "width_mm=3", "figure load.png: width_mm = 3 is not accepted (accepted: 40 to 400)"),
             ("overview", "title", "\"title\" (accepted: KEY=VALUE"),
         ];

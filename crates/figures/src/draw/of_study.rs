@@ -86,7 +86,10 @@ impl Drawer {
             };
             let path = folder.join(file);
             let Figure { title, width_mm, .. } = &gathered.figure;
-            let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
+            let mut sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
+            if let Some(measured) = &gathered.figure.measured {
+                sheet = sheet.with_measured(measured);
+            }
             let about = about(gathered, &sheet, origins, provenance);
             let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
             print::write(&page, &about, files, &print::files_of(&path))?;

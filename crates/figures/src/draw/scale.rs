@@ -197,6 +197,20 @@ impl Scale {
         self
     }
 
+    /// It with ends that hold these values as well, and a little room beyond those that it did not hold.
+    pub(crate) fn holding(self, values: impl Iterator<Item = f64>) -> Scale {
+        if self.room.is_some() {
+            return self;
+        }
+        let (from, to) = (self.from, self.to);
+        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
+        let (low, high) = places.fold((from, to), |(low, high), at| (low.min(at), high.max(at)));
+        let beyond = |end: f64, old: f64| {
+            if end == old { old } else { end + ROOM * (end - old).signum() * (high - low) }
+        };
+        Scale { from: beyond(low, from), to: beyond(high, to), ..self }
+    }
+
     /// A scale with zero in its middle, if it has values of both signs: one that is a millionth of
     /// the other is rounding.
     pub(crate) fn about_zero(&self) -> Option<Scale> {

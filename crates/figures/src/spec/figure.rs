@@ -7,6 +7,7 @@ use asperity_model::plan::Plan;
 use asperity_record::Cell;
 use serde::{Deserialize, Serialize};
 
+use super::measured::Measured;
 use super::written::Statistic;
 
 /// What is on an axis of a figure, or in its colours: a column of the table of runs.
@@ -107,6 +108,9 @@ pub struct Figure {
     pub is_spread: bool,
     /// Keys and the one value of each that is shown.
     pub at: Vec<(String, Cell)>,
+    /// Points that were measured elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured: Option<Measured>,
 }
 
 impl Figure {

@@ -10,6 +10,7 @@ use asperity_record::{Cell, unit_of};
 
 use super::axes::{Axis, Key, read_place};
 use super::figure::{Figure, Kind, Quantity, Theory};
+use super::measured::MeasuredFile;
 use super::written::{Family, Figures, Lengths, PhaseMap, Scale};
 
 /// Most panels of a figure.
@@ -113,6 +114,7 @@ impl Known<'_> {
             facet,
             is_spread: !over.is_empty(),
             at,
+            measured: None,
         })
     }
 
@@ -147,17 +149,21 @@ impl Known<'_> {
         };
         let colours = self.colours(colour, &family.colour_label, family.colour_scale, &mut used)?;
         let (facet, at) = self.rest(&used, &Parts { facet, over, at })?;
+        let y_quantity = number("y", y, &family.y_label, family.y_scale)?;
+        let axes = [&x_quantity, &y_quantity].map(|of| ([of.column.as_str(), &of.label], of.log));
+        let measured = MeasuredFile::points(&family.measured, &family.measured_label, axes)?;
         Ok(Figure {
             kind: Kind::Family { joined, theory },
             file: file.clone(),
             title: title.clone(),
             width_mm: family.width_mm,
             x: x_quantity,
-            y: number("y", y, &family.y_label, family.y_scale)?,
+            y: y_quantity,
             colour: colours,
             facet,
             is_spread: !over.is_empty(),
             at,
+            measured,
         })
     }
 
@@ -186,6 +192,7 @@ impl Known<'_> {
             facet,
             is_spread: !over.is_empty(),
             at,
+            measured: lengths.measured()?,
         })
     }
 

@@ -5,6 +5,8 @@ use asperity_numbers::quantile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::measured::{Measured, MeasuredFile};
+
 /// The figures of a sweep, by kind.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -115,6 +117,11 @@ pub struct Family {
     /// `front_speed_over_wave_speed_ratio` the steady front.
     #[serde(default)]
     pub theory: bool,
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named as `x` and `y` or as their labels,
+    /// each optionally with a column NAME_error. Its path is relative to this file.
+    pub measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    pub measured_label: Option<String>,
     /// Label of the axis across, by default symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
     /// Label of the axis upwards; by default symbol and unit.
@@ -145,6 +152,11 @@ pub struct Lengths {
     /// axes have the law that applies to each scenario; if runs of one colour have more than twelve laws,
     /// none is drawn.
     pub law: Option<LengthLaw>,
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `F_T/F_N` and `L_p/L`,
+    /// each optionally with a column NAME_error. Its path is relative to this file.
+    pub measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    pub measured_label: Option<String>,
     /// Named runs, each with its label in the legend.
     #[serde(default)]
     pub series: Vec<Labelled>,
@@ -179,6 +191,15 @@ impl Lengths {
     /// Whether it is made of single runs, and not of the tables of runs over axes.
     pub fn is_of_runs(&self) -> bool {
         !self.series.is_empty()
+    }
+
+    /// Its measured points, if it names any.
+    ///
+    /// # Errors
+    /// In words, with file, line, column, value and what is accepted.
+    pub fn measured(&self) -> Result<Option<Measured>, String> {
+        let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
+        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
 
     /// Checks that it is of runs with names, or of those over the axes.

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use asperity_figures::draw as figures;
+use asperity_figures::draw::of_one_run::{Kind, Target};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
@@ -101,7 +101,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
     files.folder(out).map_err(Failure::failed)?;
     let begin = |log: &OpenLog| {
-        let mut required = figures::OVERVIEW_DATA | rules.required_data();
+        let mut required = RequiredData::LOADS | rules.required_data();
         if log.header().junction_count > 0 {
             required |= RequiredData::motion();
         }
@@ -117,6 +117,12 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
     let has_slow_slip = data.header.junction_count > 0;
+    let folder = Target::Folder(out.clone());
+    let mut figures = Vec::new();
+    for kind in ["load", "lengths"].into_iter().filter_map(Kind::find) {
+        figures
+            .push(kind.of_run(&name, &data.header, &data.scenario, &[]).map_err(Failure::failed)?.or_empty());
+    }
     if !verdict.holds_all() {
         let note = format!(
             "These tables and figures show only what the log of a run contains. The log is not whole.\n{}: \
@@ -146,9 +152,11 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             .chain([tables::EVENTS, "load", tables::PRECURSORS, tables::RESIDUALS])
             .flat_map(|name| table_files::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
-        let figures = figures::overview_files(out);
-        record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures), None)?;
-        figures::draw_overview(&data, !arguments.no_provenance, &files, out)?;
+        let pictures = figures.iter().flat_map(|figure| folder.files(figure.kind));
+        record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(pictures), None)?;
+        for figure in &figures {
+            figure.draw(&data, !arguments.no_provenance, &files, &folder)?;
+        }
         Ok(files.publish()?)
     };
     write()?;

@@ -54,11 +54,10 @@ mod study;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use asperity_files::FileSet;
-use asperity_model::analytic::LengthLaw;
 use asperity_numbers::curve::{NamedCurves, place};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
@@ -410,38 +409,6 @@ fn sentence(text: &str) -> String {
     let is_symbol = word.len() < 2 || behind.starts_with(['_', '/']) || behind.trim_start().starts_with('=');
     if is_symbol { text.to_owned() } else { text[..1].to_uppercase() + &text[1..] }
 }
-
-/// The figures of [`draw_overview`].
-const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
-
-/// The files of [`draw_overview`] in a folder.
-pub fn overview_files(folder: &Path) -> Vec<PathBuf> {
-    OVERVIEW.iter().flat_map(|file| files_of(&folder.join(file))).collect()
-}
-
-/// Draws the two figures that any run allows: its load curve and its precursors
-/// beside the length law that its scenario calls for, if there is one. `provenance` is whether they name the code and
-/// bear a line at their foot.
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn draw_overview(
-    run: &RunData,
-    provenance: bool,
-    files: &FileSet,
-    folder: &Path,
-) -> Result<(), FigureError> {
-    let law = LengthLaw::are_known(&run.scenario).then(|| LengthLaw::natural(&run.scenario));
-    let figures = Figures {
-        load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
-        lengths: vec![Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
-        ..Figures::default()
-    };
-    Gathering::begin(&figures, folder.to_owned(), provenance).run(run, files).map(drop)
-}
-
-/// What [`draw_overview`] reads of a run.
-pub const OVERVIEW_DATA: RequiredData = RequiredData::LOADS;
 
 #[cfg(test)]
 mod tests {

@@ -10,17 +10,10 @@ use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
-use super::kind::{Figure, Frame, Framed, Labelled, Parts, of_runs_in, with_pens};
+use super::kind::{Figure, Frame, Framed, Parts, of_runs_in, with_pens};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Marker, Shape, Sheet};
 use crate::spec::{Lengths, Measured};
-
-impl Lengths {
-    pub(super) fn of_run(file: &str, run: &str, label: String, law: Option<LengthLaw>) -> Lengths {
-        let series = vec![Labelled { run: run.to_owned(), label }];
-        Lengths { file: file.to_owned(), law, series, ..Lengths::default() }
-    }
-}
 
 /// What is shown of a run.
 pub(crate) struct Part {

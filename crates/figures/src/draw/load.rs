@@ -30,20 +30,6 @@ keys! {
 const PARTS: f64 = 600.0;
 const MOST_LINES: usize = 40;
 
-impl Load {
-    pub(super) fn of_run(file: &str, run: &str) -> Load {
-        Load {
-            file: file.to_owned(),
-            run: run.to_owned(),
-            title: String::new(),
-            width_mm: None,
-            sliding: true,
-            measured: None,
-            measured_label: None,
-        }
-    }
-}
-
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
 

@@ -107,7 +107,12 @@ impl Kind {
             duration_s: header.time_grid().time_s(header.steps),
             law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
         };
-        Ok(OneFigure { kind: self, run: run.to_owned(), figures: self.figures(run, &about, set)? })
+        Ok(OneFigure {
+            kind: self,
+            run: run.to_owned(),
+            figures: self.figures(run, &about, set)?,
+            may_be_empty: false,
+        })
     }
 
     fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
@@ -233,9 +238,16 @@ pub struct OneFigure {
     pub kind: Kind,
     run: String,
     figures: Figures,
+    may_be_empty: bool,
 }
 
 impl OneFigure {
+    /// It, drawn even of a run that has nothing that it shows.
+    #[must_use]
+    pub fn or_empty(self) -> OneFigure {
+        OneFigure { may_be_empty: true, ..self }
+    }
+
     /// What it reads of the run.
     pub fn required_data(&self) -> RequiredData {
         self.figures.required_data(&self.run)
@@ -281,7 +293,7 @@ impl OneFigure {
         let (what, figure) = self.figures.all()[0];
         let parts: Parts<_> = Parts::from([(run.name.clone(), figure.part(run)?)]);
         let mut sheet = figure.sheet(parts)?;
-        if sheet.all_panels().all(Panel::is_empty) {
+        if !self.may_be_empty && sheet.all_panels().all(Panel::is_empty) {
             return Err(format!("run {} has nothing that figures of this kind show", run.name));
         }
         sheet

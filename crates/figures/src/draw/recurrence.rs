@@ -9,7 +9,7 @@ use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::rupture_selector::{Clock, before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Sheet, nth};
-use super::sizes::{band, fit_words, steps, with_error};
+use super::sizes::{Fitted, band, fit_layers, steps, with_error};
 
 keys! {
     Recurrence;
@@ -74,42 +74,32 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
         let (_, dash, color) = nth(index);
         let count = part.times_s.len();
         let label = format!("{label}: {count}");
+        let placed = |course: &[(f64, f64)]| -> Vec<(f64, f64)> {
+            course.iter().map(|(time_s, share)| (clock.place(*time_s), *share)).collect()
+        };
+        let mut course = Vec::new();
         if count > 0 {
             let mut shares = survival(&part.times_s);
             // Before the shortest time all are longer, and none beyond the longest.
             shares.insert(0, (from_s, 1.0));
             shares.push((to_s, 0.0));
-            let course = steps(&shares);
-            let placed = |course: &[(f64, f64)]| -> Vec<(f64, f64)> {
-                course.iter().map(|(time_s, share)| (clock.place(*time_s), *share)).collect()
-            };
-            let outline = band(&placed(&course), half_band(count), 0.0);
+            course = placed(&steps(&shares));
+            let outline = band(&course, half_band(count), 0.0);
             behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
-            layers.push(Layer::line(label, placed(&course), Dash::Solid, color));
-        } else {
-            layers.push(Layer::line(label, Vec::new(), Dash::Solid, color));
         }
-        match TimeFit::of(&part.times_s, law) {
-            _ if law == TimeLaw::None => {}
-            _ if !part.any_global_slip && count > 0 => {
-                layers.push(Layer::remark("no fit before a global slip"));
-            }
-            Some(fit) => {
+        layers.push(Layer::line(label, course, Dash::Solid, color));
+        let fit = (law != TimeLaw::None).then(|| TimeFit::of(&part.times_s, law));
+        let fitted = fit.map(|fit| {
+            fit.map(|fit| {
                 let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
-                let course = times.map(|time_s| (clock.place(time_s), fit.survival(time_s))).collect();
-                let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
+                let course: Vec<_> = times.map(|time_s| (time_s, fit.survival(time_s))).collect();
                 let test = Test::of_times(&fit, &part.times_s, law);
-                let (first, rest) = words(fit, &clock, test);
-                // Of a law that is rejected there is no line.
-                layers.push(if test.rejects() {
-                    Layer::remark(first)
-                } else {
-                    Layer::line(first, course, dash, color)
-                });
-                layers.extend(rest.into_iter().flatten().map(Layer::remark));
-            }
-            None => layers.push(Layer::remark("too few for a fit")),
-        }
+                let (law, parameters) = words(fit, &clock);
+                Fitted { law, parameters, test, course: placed(&course) }
+            })
+        });
+        let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
+        layers.extend(fit_layers(fitted, part.any_global_slip || count == 0, dash, color));
     }
     behind.extend(layers);
     let x = Scale::between(&clock.label("T between onsets"), clock.place(from_s), clock.place(to_s));
@@ -117,23 +107,21 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
     Sheet::single(x, y, behind)
 }
 
-/// The law that was fitted; its second parameter, and the test.
-fn words(fit: TimeFit, clock: &Clock, test: Test) -> (String, [Option<String>; 2]) {
+/// The law that was fitted, and its parameters.
+fn words(fit: TimeFit, clock: &Clock) -> (&'static str, Vec<String>) {
     let time = |Estimate { value, error }: Estimate| {
         let placed = Estimate { value: clock.place(value), error: clock.place(error) };
         format!("({}) {}", with_error(placed), clock.unit)
     };
-    let (law, first, second) = match fit {
+    match fit {
         TimeFit::Weibull { shape, scale_s } => {
-            ("Weibull", format!("κ = {}", with_error(shape)), Some(format!("T_0 = {}", time(scale_s))))
+            ("Weibull", vec![format!("κ = {}", with_error(shape)), format!("T_0 = {}", time(scale_s))])
         }
         TimeFit::LogNormal { median_s, spread } => {
-            ("log-normal", format!("σ = {}", with_error(spread)), Some(format!("median {}", time(median_s))))
+            ("log-normal", vec![format!("σ = {}", with_error(spread)), format!("median {}", time(median_s))])
         }
-        TimeFit::Exponential { mean_s } => ("exponential", format!("mean {}", time(mean_s)), None),
-    };
-    let (first, tested) = fit_words(law, &first, test);
-    (first, [second.filter(|_| !test.rejects()), tested])
+        TimeFit::Exponential { mean_s } => ("exponential", vec![format!("mean {}", time(mean_s))]),
+    }
 }
 
 #[cfg(test)]

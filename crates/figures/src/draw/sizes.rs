@@ -4,11 +4,12 @@ use asperity_numbers::distributions::{SizeFit, SizeLaw, half_band, survival};
 use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
+use plotters::prelude::RGBColor;
 
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
 use super::rupture_selector::{Sort, before_first_global_slip, sorted};
 use super::scale::Scale;
-use super::sheet::{Layer, Sheet, nth};
+use super::sheet::{Dash, Layer, Point, Sheet, nth};
 
 keys! {
     Sizes;
@@ -127,25 +128,16 @@ pub(super) fn distribution(
             let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
             layers.extend(lines.lines().map(Layer::remark));
         }
-        match SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1) {
-            _ if law == SizeLaw::None => {}
-            _ if part.before.is_none() => {
-                layers.push(Layer::remark("no fit before a global slip"));
-            }
-            Some(fit) => {
+        let fit = (law != SizeLaw::None).then(|| SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1));
+        let fitted = fit.map(|fit| {
+            fit.map(|fit| {
                 let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest).collect();
                 let test = Test::of_sizes(&fit, &part.sizes, law);
-                let (first, second) = words(law, fit.theta, test);
-                // Of a law that is rejected there is no line.
-                layers.push(if test.rejects() {
-                    Layer::remark(first)
-                } else {
-                    Layer::line(first, course, dash, color)
-                });
-                layers.extend(second.map(Layer::remark));
-            }
-            None => layers.push(Layer::remark("too few for a fit")),
-        }
+                let (law, parameter) = words(law, fit.theta);
+                Fitted { law, parameters: vec![parameter], test, course }
+            })
+        });
+        layers.extend(fit_layers(fitted, part.before.is_some(), dash, color));
     }
     behind.extend(layers);
     let frame = [f64::from(from_blocks), largest];
@@ -156,9 +148,9 @@ pub(super) fn distribution(
     Ok(Sheet::single(x, y, behind))
 }
 
-/// The law that was fitted, and the test.
-fn words(law: SizeLaw, theta: Estimate, test: Test) -> (String, Option<String>) {
-    let (name, parameter) = match law {
+/// The law that was fitted, and its parameter.
+fn words(law: SizeLaw, theta: Estimate) -> (&'static str, String) {
+    match law {
         SizeLaw::PowerLaw => ("s^{−α}", format!("α = {}", with_error(theta))),
         SizeLaw::Exponential => {
             let length = 1.0 / theta.value;
@@ -166,18 +158,38 @@ fn words(law: SizeLaw, theta: Estimate, test: Test) -> (String, Option<String>) 
             ("exp(−s/ξ)", format!("ξ = {}", with_error(length)))
         }
         SizeLaw::None => ("", String::new()),
-    };
-    fit_words(name, &parameter, test)
+    }
 }
 
-/// A fit in words, and the test behind it: of a law that is rejected there is no parameter.
-pub(super) fn fit_words(law: &str, parameter: &str, test: Test) -> (String, Option<String>) {
-    let tested = test.words();
+/// A law that was fitted: its parameters in words, the test, and its line.
+pub(super) struct Fitted {
+    pub(super) law: &'static str,
+    pub(super) parameters: Vec<String>,
+    pub(super) test: Test,
+    pub(super) course: Vec<Point>,
+}
+
+/// A fit, if one is asked for, of which there is none from few numbers, nor before a global slip.
+pub(super) fn fit_layers(
+    fit: Option<Option<Fitted>>,
+    has_global_slip: bool,
+    dash: Dash,
+    color: RGBColor,
+) -> Vec<Layer> {
+    let Fitted { law, parameters, test, course } = match fit {
+        None => return Vec::new(),
+        Some(_) if !has_global_slip => return vec![Layer::remark("no fit before a global slip")],
+        Some(None) => return vec![Layer::remark("too few for a fit")],
+        Some(Some(fitted)) => fitted,
+    };
+    // Of a law that is rejected there are no parameters and no line.
     if test.rejects() {
-        (format!("{law} rejected: {tested}"), None)
-    } else {
-        (format!("{law}, {parameter}"), Some(tested))
+        return vec![Layer::remark(format!("{law} rejected: {}", test.words()))];
     }
+    let mut remarks = parameters.into_iter().chain([test.words()]);
+    let first = remarks.next().unwrap_or_default();
+    let line = Layer::line(format!("{law}, {first}"), course, dash, color);
+    [line].into_iter().chain(remarks.map(Layer::remark)).collect()
 }
 
 #[cfg(test)]

@@ -132,10 +132,11 @@ pub enum DetachBy {
 }
 
 /// The condition for a sliding block to re-attach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reattach {
     /// New velocity `<= 0`: the rule of the thesis' program.
+    #[default]
     OneWay,
     /// The velocity changes sign or vanishes: `v_new v_old <= 0`.
     TwoWay,

@@ -7,17 +7,46 @@ mod disorder;
 mod forces;
 mod friction;
 mod run;
+pub(crate) mod section;
 mod slider;
 
 pub use crate::drawn_keys::DRAWN_KEYS;
 pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, PARAMETER_SETS, Value};
-pub(crate) use crate::key::{NOT_NEGATIVE, POSITIVE};
+pub use disorder::Disorder;
 pub(crate) use forces::FOUNDATION_RATIO;
+pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
+pub use friction::Friction;
+pub use run::{Detection, Recording, Time, Window};
+pub use slider::Slider;
+
+/// A list of numbers, empty or of a length defined elsewhere.
+pub type List = Vec<f64>;
 
 /// The parts of the table.
-const PARTS: [&[Key]; 5] = [slider::SLIDER, friction::FRICTION, forces::FORCES, disorder::DISORDER, run::RUN];
+const PARTS: [&[Key]; 13] = [
+    slider::NAMES,
+    Slider::KEYS,
+    Friction::KEYS,
+    Drive::KEYS,
+    NormalLoad::KEYS,
+    InitialShear::KEYS,
+    Prestress::KEYS,
+    InitialVelocity::KEYS,
+    Initial::KEYS,
+    Disorder::KEYS,
+    Time::KEYS,
+    Detection::KEYS,
+    Recording::KEYS,
+];
 
-const COUNT: usize = PARTS[0].len() + PARTS[1].len() + PARTS[2].len() + PARTS[3].len() + PARTS[4].len();
+const COUNT: usize = {
+    let (mut count, mut part) = (0, 0);
+    while part < PARTS.len() {
+        count += PARTS[part].len();
+        part += 1;
+    }
+    count
+};
 
 /// All keys, in the order in which they are shown.
 pub const KEYS: &[Key] = &joined();

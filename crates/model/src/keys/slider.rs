@@ -3,12 +3,14 @@
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::LONGEST_NAME_BYTES;
 
-use crate::key::Default::{BySet, Is};
+use super::section::section;
+use crate::choices::End;
+use crate::key::Default::Is;
 use crate::key::Kind::{Count, Text, Word};
 use crate::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, PARAMETER_SETS, POSITIVE, Value};
 
 /// In the order in which they are shown.
-pub(super) const SLIDER: &[Key] = &[
+pub(super) const NAMES: &[Key] = &[
     Key {
         path: "name",
         symbol: "",
@@ -33,91 +35,42 @@ pub(super) const SLIDER: &[Key] = &[
         kind: Word(PARAMETER_SETS),
         default: Is(Value::Text(AS_STATED)),
     },
-    Key {
-        path: "slider.blocks",
-        symbol: "N",
-        doc: "Number of blocks in the chain, 1 for a block on its driving spring; of a slab, a sheet and a body, \
-              number of nodes along the sliding direction, and so of contacts in a row, from 2.",
-        kind: Count(1, MOST_BLOCKS),
-        default: Is(Value::Count(100)),
-    },
-    Key {
-        path: "slider.across",
-        symbol: "N_y",
-        doc: "Rows of contacts across the sliding direction: 1 for a chain or a slab, more for a sheet, or with \
-              slider.rows above 1 for a body (docs/area.md).",
-        kind: Count(1, MOST_ROWS),
-        default: Is(Value::Count(1)),
-    },
-    Key {
-        path: "slider.rows",
-        symbol: "N_z",
-        doc: "Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/slab.md) or a body; \
-              the nodes at the bottom rub.",
-        kind: Count(1, MOST_ROWS),
-        default: Is(Value::Count(1)),
-    },
-    Key {
-        path: "slider.length_m",
-        symbol: "L_x",
-        doc: "Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.",
-        kind: POSITIVE,
-        default: Is(Value::Number(0.1)),
-    },
-    Key {
-        path: "slider.width_m",
-        symbol: "L_y",
-        doc: "Width of the slider; over an area, L_y / (N_y - 1) must be the spacing a.",
-        kind: POSITIVE,
-        default: Is(Value::Number(0.005)),
-    },
-    Key {
-        path: "slider.height_m",
-        symbol: "L_z",
-        doc: "Height of the slider; of a slab and of a body, L_z / (N_z - 1) must be the spacing a; of a sheet, its \
-              thickness.",
-        kind: POSITIVE,
-        default: Is(Value::Number(0.02)),
-    },
-    Key {
-        path: "slider.mass_kg",
-        symbol: "M",
-        doc: "Mass of the whole slider; the blocks of a chain share it evenly, m = M / N, and so do the nodes of \
-              other sliders.",
-        kind: POSITIVE,
-        default: BySet { as_coded: Value::Number(12.0), as_stated: Value::Number(0.012) },
-    },
-    Key {
-        path: "slider.youngs_modulus_pa",
-        symbol: "E",
-        doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab \
-              k = 3 E L_y / 4, of a sheet k = 3 E L_z / 4, both k / 2 along diagonals, those of a body k = 0.4 E a. A \
-              single block has no such spring; of its k = E L_y L_z / L_x there follow k_t and the wave speed.",
-        kind: POSITIVE,
-        default: Is(Value::Number(2.5e9)),
-    },
-    Key {
-        path: "slider.relative_damping",
-        symbol: "eta / sqrt(k m)",
-        doc: "Viscous damping between neighbours (5.7) over its critical value sqrt(k m) (5.31).",
-        kind: NOT_NEGATIVE,
-        default: BySet { as_coded: Value::Number(3.162_277_660_168_379_5), as_stated: Value::Number(0.1) },
-    },
-    Key {
-        path: "slider.left_end",
-        symbol: "",
-        doc: "What block 1 of a chain is joined to besides block 2: free, nothing; clamped, a wall at rest, by a spring k \
-              and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up \
-              long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of \
-              chains of 2 blocks or more whose blocks stick.",
-        kind: Word(&["free", "clamped", "absorbing", "periodic"]),
-        default: Is(Value::Text("free")),
-    },
-    Key {
-        path: "slider.right_end",
-        symbol: "",
-        doc: "What block N is joined to, likewise; either both ends are periodic or neither.",
-        kind: Word(&["free", "clamped", "absorbing", "periodic"]),
-        default: Is(Value::Text("free")),
-    },
 ];
+
+section! {
+    /// `[slider]`
+    Slider "slider." {
+        /// Number of blocks in the chain, 1 for a block on its driving spring; of a slab, a sheet and a body, number of
+        /// nodes along the sliding direction, and so of contacts in a row, from 2.
+        blocks: u32 = 100; Count(1, MOST_BLOCKS), "N";
+        /// Rows of contacts across the sliding direction: 1 for a chain or a slab, more for a sheet, or with
+        /// slider.rows above 1 for a body (docs/area.md).
+        across: u32 = 1; Count(1, MOST_ROWS), "N_y", later;
+        /// Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/slab.md) or a body; the
+        /// nodes at the bottom rub.
+        rows: u32 = 1; Count(1, MOST_ROWS), "N_z", later;
+        /// Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.
+        length_m: f64 = 0.1; POSITIVE, "L_x";
+        /// Width of the slider; over an area, L_y / (N_y - 1) must be the spacing a.
+        width_m: f64 = 0.005; POSITIVE, "L_y";
+        /// Height of the slider; of a slab and of a body, L_z / (N_z - 1) must be the spacing a; of a sheet, its
+        /// thickness.
+        height_m: f64 = 0.02; POSITIVE, "L_z";
+        /// Mass of the whole slider; the blocks of a chain share it evenly, m = M / N, and so do the nodes of other
+        /// sliders.
+        mass_kg: f64 = 12.0, as_stated 0.012; POSITIVE, "M";
+        /// Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab k = 3 E
+        /// L_y / 4, of a sheet k = 3 E L_z / 4, both k / 2 along diagonals, those of a body k = 0.4 E a. A single block
+        /// has no such spring; of its k = E L_y L_z / L_x there follow k_t and the wave speed.
+        youngs_modulus_pa: f64 = 2.5e9; POSITIVE, "E";
+        /// Viscous damping between neighbours (5.7) over its critical value sqrt(k m) (5.31).
+        relative_damping: f64 = 3.162_277_660_168_379_5, as_stated 0.1; NOT_NEGATIVE, "eta / sqrt(k m)";
+        /// What block 1 of a chain is joined to besides block 2: free, nothing; clamped, a wall at rest, by a spring k
+        /// and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up
+        /// long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of
+        /// chains of 2 blocks or more whose blocks stick.
+        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later;
+        /// What block N is joined to, likewise; either both ends are periodic or neither.
+        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later;
+    }
+}

@@ -3,17 +3,15 @@
 
 use std::collections::BTreeMap;
 
-pub(super) use asperity_numbers::curve_list::along;
-use asperity_numbers::run_data::RunEvents;
-use asperity_record::{Contacts, magnitude};
-use plotters::prelude::RGBColor;
-
 use super::colours::Colours;
-use super::scale::Scale;
-use super::sheet::{INK, Layer, Layout, Panel, RED, Shape, Sheet, Tile};
+use super::scale::{Scale, number};
+use super::sheet::{INK, Layer, Layout, Panel, RED, Shape, Sheet};
+use asperity_model::NodeState;
+use asperity_numbers::run_data::{RunData, RunEvents, load_at};
+use asperity_record::{Contacts, magnitude};
 
 /// Points of the map, mm.
-pub(super) type Points = Vec<(f64, f64)>;
+type Points = Vec<(f64, f64)>;
 
 /// The contacts of a run over an area.
 #[derive(Debug, Clone)]
@@ -55,20 +53,10 @@ impl Area {
         1..=self.contacts.count()
     }
 
-    /// Where a contact is, or a corner of its cell, given its distance from there in halves of a spacing.
-    fn corner(&self, contact: u32, halves: [f64; 2]) -> (f64, f64) {
-        let at = |place: u32, half: f64| (f64::from(place - 1) + half / 2.0) * self.spacing_mm;
-        (at(self.contacts.column(contact), halves[0]), at(self.contacts.row(contact), halves[1]))
-    }
-
     /// Where a contact is.
     pub(super) fn place(&self, contact: u32) -> (f64, f64) {
-        self.corner(contact, [0.0, 0.0])
-    }
-
-    /// The cell of a contact.
-    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Tile {
-        ([self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0])], color)
+        let at = |place: u32| f64::from(place - 1) * self.spacing_mm;
+        (at(self.contacts.column(contact)), at(self.contacts.row(contact)))
     }
 
     fn length_mm(&self) -> f64 {
@@ -100,20 +88,20 @@ impl Area {
 
     /// Lines along which a quantity has a level, between contacts that all have a value: those of squares of
     /// four contacts, by straight lines between them.
-    pub(super) fn contours(&self, values: &[Option<f64>], level: f64) -> Vec<Points> {
+    pub(super) fn contours(&self, values: &[f64], level: f64) -> Vec<Points> {
         let columns = self.contacts.columns();
         let mut crossings: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
         let mut edges = Vec::new();
         for contact in self.all() {
-            let is_last =
-                self.contacts.column(contact) == columns || contact + columns > self.contacts.count();
-            if is_last {
+            // Around the square, unless it would reach beyond the map.
+            let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
+            if self.contacts.column(contact) == columns || corners[2] > self.contacts.count() {
                 continue;
             }
-            // Around the square.
-            let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
-            let at = |corner: u32| values[corner as usize - 1];
-            let Some(of) = corners.map(at).into_iter().collect::<Option<Vec<f64>>>() else { continue };
+            let of = corners.map(|corner| values[corner as usize - 1]);
+            if of.iter().any(|value| value.is_nan()) {
+                continue;
+            }
             let mut crossed = Vec::new();
             for side in 0..4 {
                 let (a, b) = (side, (side + 1) % 4);
@@ -142,37 +130,36 @@ impl Area {
     }
 
     /// Arrows of a vector at contacts that are far enough apart in `panels` panels on a sheet, with the
-    /// size of the longest; none of zero alone.
-    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize) -> Option<Layer> {
+    /// size of the longest in its unit; none of zero alone.
+    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize, unit: &str) -> Vec<Layer> {
+        if longest <= 0.0 {
+            return Vec::new();
+        }
         // Several panels are in two columns.
         let smaller = if panels > 3 { 2.0 } else { 1.0 };
         let apart = (smaller * BETWEEN_ARROWS * self.length_mm() / self.spacing_mm).round().max(1.0) as u32;
         let longest_mm = 0.9 * f64::from(apart) * self.spacing_mm;
+        let counts = [self.contacts.columns(), self.contacts.rows()];
+        let places = |contact: u32| [self.contacts.column(contact), self.contacts.row(contact)];
+        // From both edges the same, so that what is symmetric looks so.
         let is_drawn = |contact: &u32| {
-            // From both edges the same, so that what is symmetric looks so.
-            let is_on = |place: u32, count: u32| {
-                let from = (count - 1) % apart / 2;
-                (place + apart - 1 - from).is_multiple_of(apart)
-            };
-            is_on(self.contacts.column(*contact), self.contacts.columns())
-                && is_on(self.contacts.row(*contact), self.contacts.rows())
+            let mut both = places(*contact).into_iter().zip(counts);
+            both.all(|(place, count)| (place + apart - 1 - (count - 1) % apart / 2).is_multiple_of(apart))
         };
         let arrow = |contact: u32| {
-            let (x, y) = self.place(contact);
-            let [half_x, half_y] =
-                vectors[contact as usize - 1].map(|part| part / longest * longest_mm / 2.0);
-            // About the contact, but within the map: an arrow that leaves the axes would not be drawn.
-            let within = |at: f64, half: f64, count: u32| {
+            let [x, y] = [0, 1].map(|axis| {
+                let half = vectors[contact as usize - 1][axis] / longest * longest_mm / 2.0;
+                // About the contact, but within the map: an arrow that leaves the axes would not be drawn.
                 let margin = half.abs() - 0.49 * self.spacing_mm;
-                let last = f64::from(count - 1) * self.spacing_mm;
-                if 2.0 * margin < last { at.clamp(margin, last - margin) } else { 0.5 * last }
-            };
-            let x = within(x, half_x, self.contacts.columns());
-            let y = within(y, half_y, self.contacts.rows());
-            [(x - half_x, y - half_y), (x + half_x, y + half_y)]
+                let [at, last] =
+                    [places(contact)[axis], counts[axis]].map(|n| f64::from(n - 1) * self.spacing_mm);
+                let at = if 2.0 * margin < last { at.clamp(margin, last - margin) } else { 0.5 * last };
+                [at - half, at + half]
+            });
+            [(x[0], y[0]), (x[1], y[1])]
         };
-        (longest > 0.0)
-            .then(|| Layer::new("", Shape::Arrows(self.all().filter(is_drawn).map(arrow).collect()), INK))
+        let arrows = Shape::Arrows(self.all().filter(is_drawn).map(arrow).collect());
+        vec![Layer::new("", arrows, INK), Layer::remark(format!("longest arrow: {}{unit}", number(longest)))]
     }
 
     /// The mark of the driven edge.
@@ -184,24 +171,61 @@ impl Area {
         Some(Layer::surface("driven edge", outline, 1.0, RED))
     }
 
-    /// Panels over the area, each with its title and its layers, to which the drive is added, with one colour bar.
-    pub(super) fn sheet(&self, panels: Vec<(String, Vec<Layer>)>, bar: Option<Colours>) -> Sheet {
+    /// Panels over the area, each with its title, the number of each contact and what lies upon these, to which the
+    /// drive is added.
+    pub(super) fn sheet(&self, panels: Vec<(String, Vec<f64>, Vec<Layer>)>, colours: Colours) -> Sheet {
         let drive = match (self.drive(), self.is_driven) {
             (None, true) => Some(Layer::remark("driven from the top")),
             (drive, _) => drive,
         };
         let half = 0.5 * self.spacing_mm;
         let (length, width) = (self.length_mm(), f64::from(self.contacts.rows() - 1) * self.spacing_mm);
-        let (left, right) = (-half - MARGIN * length, length + half);
-        let panel = |(title, mut layers): (String, Vec<Layer>)| {
-            layers.extend(drive.clone());
-            let x = Scale::between("x (mm)", left, right);
-            let y = Scale::between("y (mm)", -half, width + half);
-            Panel::new(x, y, layers).titled(title)
-        };
-        let layout = Layout::Close((width + 2.0 * half) / (right - left));
-        Sheet { layout, bar, ..Sheet::of(panels.into_iter().map(panel).collect()) }
+        let x = Scale::between("x (mm)", -half - MARGIN * length, length + half);
+        let y = Scale::between("y (mm)", -half, width + half);
+        let corner = [-half, -half];
+        let panels = panels.into_iter().map(|(title, values, layers)| {
+            let cells = cells(&values, self.contacts.columns() as usize, self.spacing_mm, corner, &colours);
+            (title, std::iter::once(cells).chain(layers).chain(drive.clone()).collect())
+        });
+        maps(panels.collect(), x, y, colours)
     }
+}
+
+/// Squares in the colours of their numbers, row by row, the first with its corner here; no square of what is no number.
+pub(super) fn cells(values: &[f64], columns: usize, side: f64, corner: [f64; 2], colours: &Colours) -> Layer {
+    let cell = |(n, value): (usize, &f64)| {
+        let at = |far: usize| {
+            (corner[0] + (n % columns + far) as f64 * side, corner[1] + (n / columns + far) as f64 * side)
+        };
+        ([at(0), at(1)], colours.nearest(*value))
+    };
+    Layer::cells(values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell).collect())
+}
+
+/// Panels of the same axes, drawn to scale, each with its title and its layers, and one colour bar.
+pub(super) fn maps(panels: Vec<(String, Vec<Layer>)>, x: Scale, y: Scale, colours: Colours) -> Sheet {
+    let [across, upwards] = [x.ends(), y.ends()].map(|(from, to)| to - from);
+    let panel = |(title, layers): (String, _)| Panel::new(x.clone(), y.clone(), layers).titled(title);
+    let panels = panels.into_iter().map(panel).collect();
+    Sheet { layout: Layout::Close(upwards / across), bar: Some(colours), ..Sheet::of(panels) }
+}
+
+/// The states of all nodes at chosen times, each with its time and its load.
+pub(super) fn nodes_at<'a>(run: &'a RunData, at_s: &[f64]) -> Result<Vec<(String, &'a NodeState)>, String> {
+    if at_s.is_empty() {
+        return Err("at_s: no time is given (accepted: one or more)".to_owned());
+    }
+    let of = |at_s: &f64| {
+        let state = run.nodes_at(*at_s)?.ok_or_else(|| {
+            format!("run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them", run.name)
+        })?;
+        // No record is before the first step, and nothing pulls there.
+        let load = load_at(run.loads()?, state.step).filter(|_| state.step > 0);
+        let load = load.map_or("at rest".to_owned(), |load| format!("F_T/F_N = {:.4}", load.load_ratio()));
+        let at = if state.step == 0 { "0".to_owned() } else { format!("{:.5}", state.time_s) };
+        Ok((format!("t = {at} s, {load}"), state))
+    };
+    at_s.iter().map(of).collect()
 }
 
 /// Sizes of vectors.
@@ -275,22 +299,21 @@ mod tests {
     fn contours_are_where_the_value_is() {
         let area = area();
         // A plane that rises along x and y: each level is a straight line.
-        let plane: Vec<Option<f64>> =
-            area.all().map(|n| area.place(n)).map(|(x, y)| Some(x + 0.5 * y)).collect();
+        let plane: Vec<f64> = area.all().map(|n| area.place(n)).map(|(x, y)| x + 0.5 * y).collect();
         let lines = area.contours(&plane, 50.0);
         assert_eq!(lines.len(), 1);
         assert!(lines[0].iter().all(|(x, y)| (x + 0.5 * y - 50.0).abs() < 1e-9), "{lines:?}");
         let ends = [lines[0][0], lines[0][lines[0].len() - 1]];
         assert!((length(&lines) - (ends[0].0 - ends[1].0).hypot(ends[0].1 - ends[1].1)).abs() < 1e-9);
         // Around a hill the line is closed.
-        let hill: Vec<Option<f64>> = area.all().map(|n| Some(f64::from(u8::from(n == 6)))).collect();
+        let hill: Vec<f64> = area.all().map(|n| f64::from(u8::from(n == 6))).collect();
         let lines = area.contours(&hill, 0.5);
         assert!(lines.len() == 1 && lines[0].first() == lines[0].last() && lines[0].len() == 5, "{lines:?}");
         // At a saddle lines do not cross, and where a value is missing there is none.
-        let saddle: Vec<Option<f64>> =
-            area.all().map(|n| Some(f64::from(u8::from([2, 5].contains(&n))))).collect();
+        let saddle: Vec<f64> = area.all().map(|n| f64::from(u8::from([2, 5].contains(&n)))).collect();
         assert_eq!(area.contours(&saddle, 0.4).len(), 2);
-        let gaps: Vec<Option<f64>> = plane.iter().map(|value| value.filter(|value| *value < 50.0)).collect();
+        let gaps: Vec<f64> =
+            plane.iter().map(|value| if *value < 50.0 { *value } else { f64::NAN }).collect();
         assert!(area.contours(&gaps, 60.0).is_empty() && area.contours(&plane, 1e3).is_empty());
     }
 
@@ -298,27 +321,25 @@ mod tests {
     fn arrows_are_as_long_as_their_vectors() {
         let area = area();
         let vectors: Vec<[f64; 2]> = area.all().map(|n| [f64::from(n), 0.0]).collect();
-        let Some(Shape::Arrows(arrows)) = area.arrows(&vectors, 12.0, 1).map(|layer| layer.shape) else {
-            panic!("arrows")
-        };
+        let layers = area.arrows(&vectors, 12.0, 1, " mm");
+        let Shape::Arrows(arrows) = &layers[0].shape else { panic!("arrows") };
+        assert_eq!(layers[1].label, "longest arrow: 12 mm");
         let lengths: Vec<f64> = arrows.iter().map(|[from, to]| to.0 - from.0).collect();
         assert_eq!(lengths.len(), 12);
         assert!(
             lengths.iter().zip(1..).all(|(l, n)| (l / (0.9 * A * f64::from(n) / 12.0) - 1.0).abs() < 1e-9)
         );
-        assert!(area.arrows(&vectors, 0.0, 1).is_none());
+        assert!(area.arrows(&vectors, 0.0, 1, "").is_empty());
         // At the edges they are moved into the map, whichever way they point.
         let half = 0.5 * area.spacing_mm;
         let last = [area.contacts.columns(), area.contacts.rows()]
             .map(|count| f64::from(count - 1) * area.spacing_mm + half);
         for vector in [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
-            let Some(Shape::Arrows(arrows)) = area.arrows(&[vector; 12], 0.5, 1).map(|layer| layer.shape)
-            else {
-                panic!("arrows")
-            };
-            for (x, y) in arrows.into_iter().flatten() {
+            let layers = area.arrows(&[vector; 12], 0.5, 1, "");
+            let Shape::Arrows(arrows) = &layers[0].shape else { panic!("arrows") };
+            for (x, y) in arrows.iter().flatten() {
                 assert!(
-                    (-half..=last[0]).contains(&x) && (-half..=last[1]).contains(&y),
+                    (-half..=last[0]).contains(x) && (-half..=last[1]).contains(y),
                     "{vector:?}: {x} {y}"
                 );
             }

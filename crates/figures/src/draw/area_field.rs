@@ -3,14 +3,13 @@
 
 use asperity_model::NodeState;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{RunData, load_at};
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::area::{Area, sizes};
-use super::colours::{Colours, On};
+use super::area::{Area, nodes_at, sizes};
+use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
-use super::scale::{Scale, number};
 use super::sheet::{Layer, Sheet};
 
 keys! {
@@ -90,29 +89,25 @@ impl Quantity {
         }
         let all: Vec<Vec<[f64; 2]>> = states.iter().map(|(_, state)| self.of(run, state)).collect();
         let values: Vec<Vec<f64>> = all.iter().map(|vectors| sizes(vectors)).collect();
-        let finite = || values.iter().flatten().copied().filter(|value| value.is_finite());
-        let largest = finite().fold(0.0, f64::max);
-        // Loads differ little from their mean.
-        let smallest = if self == Quantity::NormalLoad { finite().fold(largest, f64::min) } else { 0.0 };
-        let colours =
-            Colours::of(Scale::of(self.label(), false, 0.0, [smallest, largest].into_iter()), On::Surfaces);
-        let panels = states.iter().zip(&all).zip(&values).map(|(((title, state), vectors), values)| {
-            let shown = area.all().zip(values).filter(|(_, value)| value.is_finite());
-            let cells = shown
-                .map(|(contact, value)| area.cell(contact, colours.at(colours.scale.nearest_share(*value))))
-                .collect();
-            let mut layers = vec![Layer::cells(cells)];
+        // What is no number is passed over.
+        let largest = values.iter().flatten().copied().fold(0.0, f64::max);
+        let smallest = match self {
+            // Loads differ little from their mean.
+            Quantity::NormalLoad => values.iter().flatten().copied().fold(largest, f64::min),
+            _ => 0.0,
+        };
+        let panels = states.iter().zip(&all).zip(values).map(|(((title, state), vectors), values)| {
+            let mut layers = Vec::new();
             let sliding = area.outlines(&|contact| state.slides[contact as usize - 1] != 0.0);
             if !sliding.is_empty() {
                 layers.push(Layer::contours("sliding", sliding));
             }
-            if has_arrows && largest > 0.0 {
-                layers.extend(area.arrows(vectors, largest, states.len()));
-                layers.push(Layer::remark(format!("longest arrow: {}", number(largest))));
+            if has_arrows {
+                layers.extend(area.arrows(vectors, largest, states.len(), ""));
             }
-            (title.clone(), layers)
+            (title.clone(), values, layers)
         });
-        Ok(area.sheet(panels.collect(), Some(colours)))
+        Ok(area.sheet(panels.collect(), Colours::between(self.label(), &[smallest, largest])))
     }
 }
 
@@ -124,25 +119,8 @@ impl Figure for AreaField {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        if self.at_s.is_empty() {
-            return Err("at_s: no time is given (accepted: one or more)".to_owned());
-        }
         Area::of(run)?;
-        let states = self.at_s.iter().map(|at_s| {
-            let state = run.nodes_at(*at_s)?.ok_or_else(|| {
-                format!(
-                    "run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them",
-                    run.name
-                )
-            })?;
-            // No record is before the first step, and nothing pulls there.
-            let load = load_at(run.loads()?, state.step).filter(|_| state.step > 0);
-            let load = load.map(|load| format!(", F_T/F_N = {:.4}", load.load_ratio()));
-            let at = if state.step == 0 { "0".to_owned() } else { format!("{:.5}", state.time_s) };
-            Ok((format!("t = {at} s{}", load.unwrap_or_else(|| ", at rest".to_owned())), state))
-        });
-        let states = states.collect::<Result<Vec<_>, String>>()?;
-        self.shows.sheet(run, &states, self.arrows)
+        self.shows.sheet(run, &nodes_at(run, &self.at_s)?, self.arrows)
     }
 }
 

@@ -7,10 +7,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::area::{Area, sizes};
-use super::colours::{Colours, On};
+use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
-use super::rupture_selector::{Clock, Film, RuptureSelector, sorted};
-use super::scale::{Scale, number};
+use super::rupture_selector::{Clock, RuptureSelector, film, sorted};
+use super::scale::number;
 use super::sheet::{INK, Layer, Marker, Sheet};
 
 keys! {
@@ -47,7 +47,23 @@ impl Figure for ArrivalMap {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        self.sheet_of(run)
+        let area = Area::of(run)?;
+        let rupture = film(self.rupture, self.which, 0, self.to_s)?.rupture(run)?;
+        let of_rupture = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
+        let arrivals: Vec<&Arrival> = run.arrivals()?.iter().filter(of_rupture).collect();
+        if arrivals.is_empty() {
+            let (run, rupture) = (&run.name, rupture.rupture);
+            return Err(format!("the log of run {run} lacks the arrivals of rupture {rupture}"));
+        }
+        let (values, mut layers, colours) = match self.shows {
+            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
+            Shown::Slip => slips(&area, &arrivals),
+        };
+        let first = arrivals.iter().filter(|arrival| arrival.arrival_step == rupture.onset_step);
+        let first: Vec<(f64, f64)> = first.map(|arrival| area.place(arrival.block)).collect();
+        layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
+        layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
+        Ok(area.sheet(vec![(String::new(), values, layers)], colours).titled(title(run, rupture)?))
     }
 }
 
@@ -57,101 +73,48 @@ const DISC: f64 = 10.0;
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
-impl ArrivalMap {
-    fn sheet_of(&self, run: &RunData) -> Result<Sheet, String> {
-        let area = Area::of(run)?;
-        if let Some(to_s) = self.to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
-            return Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)"));
-        }
-        let film = Film {
-            rupture: self.rupture,
-            which: self.which.unwrap_or(RuptureSelector::Widest),
-            count: 0,
-            until_s: None,
-        };
-        let rupture = film.rupture(run)?;
-        let arrivals: Vec<&Arrival> =
-            run.arrivals()?.iter().filter(|arrival| arrival.rupture == rupture.rupture).collect();
-        if arrivals.is_empty() {
-            return Err(format!(
-                "the log of run {} lacks the arrivals of rupture {}",
-                run.name, rupture.rupture
-            ));
-        }
-        let (mut layers, colours) = match self.shows {
-            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
-            Shown::Slip => slips(&area, &arrivals),
-        };
-        let first: Vec<(f64, f64)> = arrivals
-            .iter()
-            .filter(|arrival| arrival.arrival_step == rupture.onset_step)
-            .map(|arrival| area.place(arrival.block))
-            .collect();
-        layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
-        layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
-        let sheet = area.sheet(vec![(String::new(), layers)], Some(colours));
-        Ok(sheet.titled(title(run, rupture)?))
-    }
+/// The number of each contact, what lies upon these, and their colours.
+type Map = (Vec<f64>, Vec<Layer>, Colours);
 
-    fn arrivals(
-        &self,
-        area: &Area,
-        rupture: &Rupture,
-        arrivals: &[&Arrival],
-        step_s: f64,
-    ) -> (Vec<Layer>, Colours) {
+impl ArrivalMap {
+    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Map {
         let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
         let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
         let to_s = self.to_s.unwrap_or(last_s);
         let clock = Clock::of(0.0, to_s, 0.0);
-        let scale = Scale::of(&clock.label("t − t_0"), false, 0.0, [0.0, clock.place(to_s)].into_iter());
-        let colours = Colours::of(scale, On::Surfaces);
-        let mut came = vec![None; area.contacts.count() as usize];
-        let mut cells = Vec::new();
-        for arrival in arrivals {
-            let at = clock.place(since_s(arrival));
-            came[arrival.block as usize - 1] = Some(at);
-            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(at))));
-        }
-        let levels: Vec<f64> =
-            colours.scale.ticks_at_most(ISOCHRONES).into_iter().map(|tick| tick.at).collect();
+        let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
+        let came = of_contacts(area, arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
+        let levels = colours.scale.ticks_at_most(ISOCHRONES);
         // Half a step aside, so that no contact is on a line.
         let aside = clock.place(step_s / 2.0);
-        let contours: Vec<_> = levels.iter().flat_map(|level| area.contours(&came, *level - aside)).collect();
-        let label = match levels[..] {
+        let contours: Vec<_> = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside)).collect();
+        let label = match &levels[..] {
             [a, b, ..] if !contours.is_empty() => {
-                format!("isochrones, every {} {}", number(b - a), clock.unit)
+                format!("isochrones, every {} {}", number(b.at - a.at), clock.unit)
             }
             _ => String::new(),
         };
-        (vec![Layer::cells(cells), Layer::contours(label, contours)], colours)
+        (came, vec![Layer::contours(label, contours)], colours)
     }
 }
 
 /// The size of the slip of each contact, with arrows.
-fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Layer>, Colours) {
-    let mut vectors = vec![[0.0; 2]; area.contacts.count() as usize];
-    for arrival in arrivals {
-        let slip = arrival.slip_m.zip(arrival.slip_across_m);
-        vectors[arrival.block as usize - 1] =
-            slip.map_or([f64::NAN; 2], |(along_m, across_m)| [along_m * 1e6, across_m * 1e6]);
-    }
+fn slips(area: &Area, arrivals: &[&Arrival]) -> Map {
+    let vectors = of_contacts(area, arrivals, [f64::NAN; 2], |arrival| {
+        let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
+        slip_m.map_or([f64::NAN; 2], |(along, across)| [along * 1e6, across * 1e6])
+    });
     let sizes = sizes(&vectors);
-    let longest = sizes.iter().copied().filter(|size| size.is_finite()).fold(0.0, f64::max);
-    let scale = Scale::of("slip (µm)", false, 0.0, [0.0, longest].into_iter());
-    let colours = Colours::of(scale, On::Surfaces);
-    let mut cells = Vec::new();
-    for arrival in arrivals {
-        let size = sizes[arrival.block as usize - 1];
-        if size.is_finite() {
-            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(size))));
-        }
-    }
-    vectors.iter_mut().filter(|vector| vector[0].is_nan()).for_each(|vector| *vector = [0.0; 2]);
-    let mut layers = vec![Layer::cells(cells)];
-    layers.extend(area.arrows(&vectors, longest, 1));
-    layers.push(Layer::remark(format!("longest arrow: {} µm", number(longest))));
-    (layers, colours)
+    let longest = sizes.iter().copied().fold(0.0, f64::max);
+    let colours = Colours::between("slip (µm)", &[0.0, longest]);
+    (sizes, area.arrows(&vectors, longest, 1, " µm"), colours)
+}
+
+/// A quantity of each contact: of those that the front did not come to, `none`.
+fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl Fn(&Arrival) -> Q) -> Vec<Q> {
+    let mut all = vec![none; area.contacts.count() as usize];
+    arrivals.iter().for_each(|arrival| all[arrival.block as usize - 1] = of(arrival));
+    all
 }
 
 /// What a rupture was, and when.
@@ -204,7 +167,7 @@ mod tests {
         assert_eq!(cells.len(), 4);
         // Steps of 0.1 µs: the last one after 10 µs has the end of the scale.
         assert!(bar.scale.label().contains("(µs)") && bar.scale.share(10.0).unwrap() > 1.0 - 1e-9);
-        assert_eq!(cells[3].1, bar.at(1.0));
+        assert_eq!(cells[2].1, bar.at(1.0));
         let marks = sheet.layers().find_map(|layer| match &layer.shape {
             Shape::Marks(points, Marker::Circle) => Some(points.clone()),
             _ => None,

@@ -7,7 +7,7 @@ use super::area::Area;
 use super::area_field::Quantity;
 use super::arrival_map;
 use super::kind::{Figure, keys, of_one_run};
-use super::rupture_selector::{Clock, Film, RuptureSelector};
+use super::rupture_selector::{Clock, Film, RuptureSelector, film};
 use super::sheet::Sheet;
 
 keys! {
@@ -39,26 +39,11 @@ fn velocity() -> Quantity {
 }
 
 impl FilmStrip {
-    fn film(&self) -> Film {
-        Film {
-            rupture: self.rupture,
-            which: self.which.unwrap_or(RuptureSelector::Widest),
-            // Checked before anything is drawn.
-            count: self.panels.min(24),
-            until_s: self.to_s.filter(|to_s| to_s.is_finite() && *to_s > 0.0),
-        }
-    }
-
-    fn check(&self) -> Result<(), String> {
+    fn film(&self) -> Result<Film, String> {
         if !(1..=24).contains(&self.panels) {
             return Err(format!("panels: {} is not accepted (accepted: 1 to 24)", self.panels));
         }
-        match self.to_s {
-            Some(to_s) if !(to_s.is_finite() && to_s > 0.0) => {
-                Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)"))
-            }
-            _ => Ok(()),
-        }
+        film(self.rupture, self.which, self.panels, self.to_s)
     }
 }
 
@@ -66,13 +51,12 @@ impl Figure for FilmStrip {
     of_one_run!();
 
     fn required_data(&self) -> RequiredData {
-        RequiredData { films: vec![self.film()], ..RequiredData::NOTHING }
+        RequiredData { films: self.film().into_iter().collect(), ..RequiredData::NOTHING }
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        self.check()?;
+        let film = self.film()?;
         Area::of(run)?;
-        let film = self.film();
         let (rupture, states) = (film.rupture(run)?, run.film(&film)?);
         if states.is_empty() {
             return Err(format!(
@@ -123,7 +107,7 @@ mod tests {
             ["t − t_0 = 5.0 µs", "t − t_0 = 15.0 µs", "t − t_0 = 25.0 µs", "t − t_0 = 35.0 µs"]
         );
         // No later than asked for.
-        let until = figure("panels = 2\nto_s = 1e-5").film().times_s(&run).unwrap();
+        let until = figure("panels = 2\nto_s = 1e-5").film().unwrap().times_s(&run).unwrap();
         assert!((until[1] - 1.75e-5).abs() < 1e-12, "{until:?}");
     }
 

@@ -6,10 +6,10 @@ use asperity_numbers::AFFECTED_THRESHOLD;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::area::along;
 use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, place_name, with_parts};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
+use asperity_numbers::curve_list::along;
 
 keys! {
     Onset;

@@ -5,10 +5,9 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::{Extent, counted};
 
 use super::area::Area;
-use super::colours::{Colours, On};
+use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Sort, sorted};
-use super::scale::Scale;
 use super::sheet::{Layer, Sheet};
 
 keys! {
@@ -49,22 +48,16 @@ impl Figure for Outlines {
                 run.name, self.from_contacts
             ));
         }
-        let scale = Scale::of("F_T/F_N", false, 0.0, extents.iter().map(|(load, _)| *load));
-        let colours = Colours::of(scale, On::Surfaces);
+        let loads: Vec<f64> = extents.iter().map(|(load, _)| *load).collect();
         // A contact has the colour of the first precursor that it slid in.
-        let cells = area
-            .all()
-            .filter_map(|contact| {
-                let (load, _) = extents.iter().find(|(_, extent)| extent.contains(contact))?;
-                Some(area.cell(contact, colours.at(colours.scale.nearest_share(*load))))
-            })
-            .collect();
+        let first = |contact| extents.iter().find(|(_, extent)| extent.contains(contact));
+        let values = area.all().map(|contact| first(contact).map_or(f64::NAN, |(load, _)| *load)).collect();
         let outlines =
             extents.iter().flat_map(|(_, extent)| area.outlines(&|contact| extent.contains(contact)));
         let label =
             format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor"));
-        let layers = vec![Layer::cells(cells), Layer::contours(label, outlines.collect())];
-        Ok(area.sheet(vec![(String::new(), layers)], Some(colours)))
+        let outlines = Layer::contours(label, outlines.collect());
+        Ok(area.sheet(vec![(String::new(), values, vec![outlines])], Colours::between("F_T/F_N", &loads)))
     }
 }
 

@@ -10,14 +10,15 @@
 
 use asperity_model::{Lattice, NodeState};
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{RunData, load_at};
+use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::colours::{Colours, On};
+use super::area::{cells, maps, nodes_at};
+use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::scale::{Scale, number};
-use super::sheet::{Layer, Layout, Panel, Sheet};
+use super::sheet::{Layer, Sheet};
 
 keys! {
     SlabField: run;
@@ -36,14 +37,9 @@ keys! {
     row: Option<u32>,
 }
 
-/// The nodes of a body that are shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Slice {
-    /// A row across, from 0.
-    Across(usize),
-    /// A layer, from 0.
-    Layer(usize),
-}
+/// The nodes that are shown: the axis that they lie across, 1 or 2, and their place on it, from 0. All of a slab are a
+/// slice across its only row.
+type Slice = (usize, usize);
 
 fn a_hundredth() -> f64 {
     0.01
@@ -79,181 +75,109 @@ impl Figure for SlabField {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        if !(0.0..0.5).contains(&self.left_out) {
-            return Err(format!(
-                "left_out: {} is not accepted (accepted: 0 to less than 0.5)",
-                self.left_out
-            ));
+        let (out, plan) = (self.left_out, &run.plan);
+        if !(0.0..0.5).contains(&out) {
+            return Err(format!("left_out: {out} is not accepted (accepted: 0 to less than 0.5)"));
         }
-        if !run.plan.elastic.has_inside() {
+        if !plan.elastic.has_inside() {
             return Err(format!(
                 "run {} is of a {}, which has no inside (accepted: a run of a slab or a body)",
                 run.name,
-                run.plan.elastic.name()
+                plan.elastic.name()
             ));
         }
-        let lattice = run.plan.elastic.as_lattice();
+        let lattice = plan.elastic.as_lattice();
         let slice = self.slice(run, &lattice)?;
-        let spacing_mm = run.plan.spacing_m * 1e3;
-        let mut maps = Vec::new();
-        for at_s in &self.at_s {
-            let nodes = run.nodes_at(*at_s)?.ok_or_else(|| {
-                format!(
-                    "run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them",
-                    run.name
-                )
-            })?;
-            let load = load_at(run.loads()?, nodes.step).map_or(0.0, |load| load.load_ratio());
-            // No record is before the first step, and nothing pulls there.
-            let load = if nodes.step == 0 { 0.0 } else { load };
-            let title = format!("t = {:.4} s, F_T/F_N = {load:.3}", nodes.time_s);
-            let values = match slice {
-                None => self.values(run, nodes),
-                Some(slice) => self.values_of_body(run, nodes, slice),
-            };
-            maps.push((title, values));
-        }
-        let mut all: Vec<f64> = maps.iter().flat_map(|(_, values)| values).copied().collect();
+        let values_of = |(title, nodes): (String, &NodeState)| (title, self.values(run, nodes, slice));
+        let states: Vec<(String, Vec<f64>)> = nodes_at(run, &self.at_s)?.into_iter().map(values_of).collect();
+        let mut all: Vec<f64> = states.iter().flat_map(|(_, values)| values).copied().collect();
         all.sort_by(f64::total_cmp);
-        let (Some(last), out) = (all.len().checked_sub(1), self.left_out) else {
-            return Err("at_s: no time is given (accepted: one or more)".to_owned());
-        };
-        let rank = |share: f64| all[(share * last as f64).round() as usize];
-        let scale = Scale::of(self.shows.label(), false, 0.0, [rank(out), rank(1.0 - out)].into_iter());
-        let colours = Colours::of(scale, On::Surfaces);
-        let cells = maps.into_iter().map(|(title, values)| {
-            let cells = values.iter().enumerate().map(|(n, value)| {
-                let columns = lattice.columns - 1;
-                let (left, below) = ((n % columns) as f64 * spacing_mm, (n / columns) as f64 * spacing_mm);
-                let colour = colours.at(colours.scale.nearest_share(*value));
-                ([(left, below), (left + spacing_mm, below + spacing_mm)], colour)
-            });
-            (title, Layer::cells(cells.collect()))
-        });
-        let cells: Vec<(String, Layer)> = cells.collect();
-        let (columns, rows) = ((lattice.columns - 1) as f64, (lattice.rows - 1) as f64);
-        let x = Scale::between("x (mm)", 0.0, columns * spacing_mm);
+        let rank = |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
+        let colours = Colours::between(self.shows.label(), &[rank(out), rank(1.0 - out)]);
+        let spacing_mm = plan.spacing_m * 1e3;
         let at_mm = |place: usize| number(place as f64 * spacing_mm);
         let (axis, rows, plane) = match slice {
-            None => ("z (mm)", rows, None),
-            Some(Slice::Across(lane)) => ("z (mm)", rows, Some(format!("at y = {} mm", at_mm(lane)))),
-            Some(Slice::Layer(row)) => {
-                ("y (mm)", (lattice.lanes - 1) as f64, Some(format!("at z = {} mm", at_mm(row))))
-            }
+            _ if lattice.lanes == 1 => ("z (mm)", lattice.rows, None),
+            (1, lane) => ("z (mm)", lattice.rows, Some(format!("at y = {} mm", at_mm(lane)))),
+            (_, row) => ("y (mm)", lattice.lanes, Some(format!("at z = {} mm", at_mm(row)))),
         };
-        let y = Scale::between(axis, 0.0, rows * spacing_mm);
         let ends = (out > 0.0).then(|| format!("ends: {} % beyond", 100.0 * out));
         let remarks: Vec<Layer> = plane.into_iter().chain(ends).map(Layer::remark).collect();
-        let panel = |(title, cells): (String, Layer)| {
-            let layers = std::iter::once(cells).chain(remarks.iter().cloned()).collect();
-            Panel::new(x.clone(), y.clone(), layers).titled(title)
+        let panel = |(title, values): (String, Vec<f64>)| {
+            let cells = cells(&values, lattice.columns - 1, spacing_mm, [0.0; 2], &colours);
+            (title, std::iter::once(cells).chain(remarks.clone()).collect())
         };
-        let panels = cells.into_iter().map(panel).collect();
-        let layout = Layout::Close(rows / columns);
-        Ok(Sheet { layout, bar: Some(colours), ..Sheet::of(panels) })
+        let panels = states.into_iter().map(panel).collect();
+        let scale = |label, nodes: usize| Scale::between(label, 0.0, (nodes - 1) as f64 * spacing_mm);
+        Ok(maps(panels, scale("x (mm)", lattice.columns), scale(axis, rows), colours))
     }
 }
 
 impl SlabField {
     /// The nodes to show: all of a slab, or a slice of a body.
-    fn slice(&self, run: &RunData, lattice: &Lattice) -> Result<Option<Slice>, String> {
-        let place = |key: &str, place: u32, count: usize| match (1..=count as u32).contains(&place) {
-            true => Ok(place as usize - 1),
-            false => Err(format!("{key}: {place} is not in run {} (accepted: 1 to {count})", run.name)),
+    fn slice(&self, run: &RunData, lattice: &Lattice) -> Result<Slice, String> {
+        let (key, axis, place, count) = match (self.across, self.row) {
+            (Some(_), Some(_)) => return Err("across and row: a slice has one of them".to_owned()),
+            (None, None) => return Ok((1, (lattice.lanes - 1) / 2)),
+            (Some(across), None) => ("across", 1, across, lattice.lanes),
+            (None, Some(row)) => ("row", 2, row, lattice.rows),
         };
-        match (self.across, self.row) {
-            (Some(_), Some(_)) => Err("across and row: a slice has one of them".to_owned()),
-            (None, None) if lattice.lanes == 1 => Ok(None),
-            (Some(_), _) | (_, Some(_)) if lattice.lanes == 1 => {
-                let key = if self.across.is_some() { "across" } else { "row" };
-                Err(format!("{key}: run {} is of a slab, all of which is shown (accepted: none)", run.name))
-            }
-            (Some(across), None) => Ok(Some(Slice::Across(place("across", across, lattice.lanes)?))),
-            (None, Some(row)) => Ok(Some(Slice::Layer(place("row", row, lattice.rows)?))),
-            (None, None) => Ok(Some(Slice::Across((lattice.lanes - 1) / 2))),
+        if lattice.lanes == 1 {
+            Err(format!("{key}: run {} is of a slab, all of which is shown (accepted: none)", run.name))
+        } else if !(1..=count as u32).contains(&place) {
+            Err(format!("{key}: {place} is not in run {} (accepted: 1 to {count})", run.name))
+        } else {
+            Ok((axis, place as usize - 1))
         }
     }
 
     /// A number for each square of four nodes of a slice, row by row from the bottom or the first row across.
-    fn values_of_body(&self, run: &RunData, nodes: &NodeState, slice: Slice) -> Vec<f64> {
+    fn values(&self, run: &RunData, nodes: &NodeState, (normal, place): Slice) -> Vec<f64> {
         let lattice = run.plan.elastic.as_lattice();
         let (u, rest, count) = (&nodes.displacement_m, &run.plan.initial.displacement_m, lattice.nodes());
-        // From a node to the next one along x, across and upwards.
-        let next = [1, lattice.columns, lattice.contacts()];
-        let (place, of_plane, normal, upward) = match slice {
-            Slice::Layer(row) => (row, lattice.lanes, 2, 1),
-            Slice::Across(lane) => (lane, lattice.rows, 1, 2),
+        // From a node to the next one along x, across and upwards; across a slab there is none, and no strain.
+        let is_slab = lattice.lanes == 1;
+        let next = [1, if is_slab { 0 } else { lattice.columns }, lattice.contacts()];
+        let (last, of_plane) = match normal {
+            1 => (lattice.lanes - 1, lattice.rows),
+            _ => (lattice.rows - 1, lattice.lanes),
         };
-        let last = if normal == 1 { lattice.lanes } else { lattice.rows } - 1;
+        let up = next[3 - normal];
         // On both sides of the slice, or on the one that there is.
-        let sides: Vec<usize> = (place.saturating_sub(1)..=place.min(last - 1)).collect();
-        // Lame's constants, both 2 E / 5.
-        let modulus_mpa = 0.4 * run.scenario.slider.youngs_modulus_pa * 1e-6;
-        let mut values = Vec::new();
-        for (above, column) in (0..of_plane - 1).flat_map(|n| (0..lattice.columns - 1).map(move |c| (n, c))) {
-            let lowest = |side: usize| side * next[normal] + above * next[upward] + column;
+        let sides: Vec<usize> = (place.saturating_sub(1)..=place.min(last.saturating_sub(1))).collect();
+        // Lame's constants, which are alike: 3 E / 8 in plane stress, 2 E / 5 of a body.
+        let modulus_mpa = if is_slab { 0.375 } else { 0.4 } * run.scenario.slider.youngs_modulus_pa * 1e-6;
+        let strain = |first: usize, of: usize, along: usize| {
+            let (a, b) = (next[(along + 1) % 3], next[(along + 2) % 3]);
+            // Upwards is the last axis along which nodes move.
+            let first = first + if is_slab { of / 2 } else { of } * count;
+            let edges = [0, a, b, a + b].map(|to| u[first + to + next[along]] - u[first + to]);
+            edges.iter().sum::<f64>() / (4.0 * run.plan.spacing_m)
+        };
+        let stress = |first: usize| match self.shows {
+            Shown::ShearStress => modulus_mpa * (strain(first, 0, 2) + strain(first, 2, 0)),
+            _ => {
+                let all = strain(first, 0, 0) + strain(first, 1, 1) + 3.0 * strain(first, 2, 2);
+                -modulus_mpa * all
+            }
+        };
+        let square = |(row, column): (usize, usize)| {
+            let lowest = |side: usize| side * next[normal] + row * up + column;
             if self.shows == Shown::Displacement {
-                let first = lowest(place);
-                let square = [0, 1, next[upward], next[upward] + 1].map(|to| first + to);
-                values.push(square.iter().map(|node| u[*node] - rest[*node]).sum::<f64>() / 4.0 * 1e6);
-                continue;
+                let corners = [0, 1, up, up + 1].map(|to| lowest(place) + to);
+                return corners.iter().map(|node| u[*node] - rest[*node]).sum::<f64>() / 4.0 * 1e6;
             }
-            let strain = |first: usize, of: usize, along: usize| {
-                let [a, b] = [0, 1, 2].into_iter().filter(|axis| *axis != along).collect::<Vec<_>>()[..]
-                else {
-                    return 0.0;
-                };
-                let edges = [0, next[a], next[b], next[a] + next[b]].map(|to| of * count + first + to);
-                edges.iter().map(|node| u[node + next[along]] - u[*node]).sum::<f64>()
-                    / (4.0 * run.plan.spacing_m)
-            };
-            let stress = |first: usize| match self.shows {
-                Shown::ShearStress => modulus_mpa * (strain(first, 0, 2) + strain(first, 2, 0)),
-                _ => {
-                    let all = strain(first, 0, 0) + strain(first, 1, 1) + strain(first, 2, 2);
-                    -modulus_mpa * (all + 2.0 * strain(first, 2, 2))
-                }
-            };
-            values.push(sides.iter().map(|side| stress(lowest(*side))).sum::<f64>() / sides.len() as f64);
-        }
-        values
-    }
-
-    /// A number for each square of four nodes, row by row from the bottom.
-    fn values(&self, run: &RunData, nodes: &NodeState) -> Vec<f64> {
-        let lattice = run.plan.elastic.as_lattice();
-        let (columns, count) = (lattice.columns, lattice.nodes());
-        let (u, rest) = (&nodes.displacement_m, &run.plan.initial.displacement_m);
-        let modulus_pa = run.scenario.slider.youngs_modulus_pa;
-        let a = run.plan.spacing_m;
-        let mut values = Vec::new();
-        for row in 0..lattice.rows - 1 {
-            for column in 0..columns - 1 {
-                let first = row * columns + column;
-                // Below left and right, above left and right.
-                let at = [first, first + 1, first + columns, first + columns + 1];
-                let x = at.map(|node| u[node]);
-                let z = at.map(|node| u[count + node]);
-                let across = |of: [f64; 4]| 0.5 * ((of[1] - of[0]) + (of[3] - of[2])) / a;
-                let upwards = |of: [f64; 4]| 0.5 * ((of[2] - of[0]) + (of[3] - of[1])) / a;
-                values.push(match self.shows {
-                    // G = 3 E / 8.
-                    Shown::ShearStress => 0.375 * modulus_pa * (upwards(x) + across(z)) * 1e-6,
-                    // E / (1 - 1/9) (e_zz + e_xx / 3).
-                    Shown::Pressure => -1.125 * modulus_pa * (upwards(z) + across(x) / 3.0) * 1e-6,
-                    Shown::Displacement => {
-                        at.iter().map(|node| u[*node] - rest[*node]).sum::<f64>() / 4.0 * 1e6
-                    }
-                });
-            }
-        }
-        values
+            sides.iter().map(|side| stress(lowest(*side))).sum::<f64>() / sides.len() as f64
+        };
+        let squares =
+            (0..of_plane - 1).flat_map(|row| (0..lattice.columns - 1).map(move |column| (row, column)));
+        squares.map(square).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, SlabField, Slice};
+    use super::{Figure, SlabField};
     use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
@@ -277,7 +201,7 @@ mod tests {
 
     #[test]
     fn stresses_are_those_of_the_sheet() {
-        let of = |shows: &str, run: &RunData| figure(shows).values(run, &run.nodes[0]);
+        let of = |shows: &str, run: &RunData| figure(shows).values(run, &run.nodes[0], (1, 0));
         let modulus_mpa = strained(0.0, 0.0, 0.0).scenario.slider.youngs_modulus_pa * 1e-6;
         // Pressed and free to grow: the pressure is E times the strain, and there is no shear.
         let run = strained(1e-4, -3e-4, 0.0);
@@ -305,8 +229,8 @@ mod tests {
             made_up::nodes(&run, 0, gradient.map(along).concat())
         };
         let check = |shows: &str, gradient: [[f64; 3]; 3], expected_mpa: f64| {
-            for slice in (0..3).flat_map(|n| [Slice::Across(n), Slice::Layer(n)]) {
-                let found = figure(shows).values_of_body(&run, &state(gradient), slice);
+            for slice in (0..3).flat_map(|n| [(1, n), (2, n)]) {
+                let found = figure(shows).values(&run, &state(gradient), slice);
                 let is_near = |found: &f64| (found - expected_mpa).abs() < 1e-9 * modulus_mpa;
                 assert!(found.len() == 4 && found.iter().all(is_near), "{shows} {slice:?}: {found:?}");
             }
@@ -320,10 +244,7 @@ mod tests {
         // Shear in the other planes is none of it.
         check("shear-stress", [[0.0, 1e-4, 0.0], [1e-4, 0.0, 2e-4], [0.0, 2e-4, 0.0]], 0.0);
         // Without a key the middle row is shown.
-        assert_eq!(
-            figure("pressure").slice(&run, &run.plan.elastic.as_lattice()),
-            Ok(Some(Slice::Across(1)))
-        );
+        assert_eq!(figure("pressure").slice(&run, &run.plan.elastic.as_lattice()), Ok((1, 1)));
     }
 
     #[test]

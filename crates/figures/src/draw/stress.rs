@@ -7,10 +7,10 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
-use super::area::along;
 use super::kind::{Figure, Level, keys, levels, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Panel, Sheet};
+use asperity_numbers::curve_list::along;
 
 keys! {
     Stress: run;

@@ -10,11 +10,11 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
-use super::area::along;
 use super::colours::{Colours, On};
 use super::kind::{Figure, keys, levels, of_one_run, place_name};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Panel, Sheet};
+use asperity_numbers::curve_list::along;
 
 keys! {
     StressSequence: run;

@@ -7,9 +7,10 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
-use super::kind::{DYNAMIC, Figure, keys, of_one_run};
+use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Panel, Pen, Sheet};
+use super::stress::length_mm;
 
 keys! {
     JunctionForces: run;
@@ -33,27 +34,16 @@ impl Figure for JunctionForces {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let friction = &run.plan.friction;
-        let Some(law) = friction.law.junctions() else {
-            return Err(format!(
-                "run {} has no junctions (accepted: friction.law = \"junctions\")",
-                run.name
-            ));
-        };
-        if run.plan.blocks == 1 {
-            return Err(format!("run {} has one block, and forces along a slider need several", run.name));
-        }
-        let states = self.states(run)?;
-        let (mut means, mut widths) = (Vec::new(), Vec::new());
-        let to_mm = run.plan.length_m * 1e3;
-        let across = |label: &str, level: f64, dash| {
-            Layer::line(label, vec![(0.0, level), (to_mm, level)], dash, GREY)
-        };
-        means.push(across("μ_s", friction.static_coefficient, Dash::Dashed));
-        means.push(across(DYNAMIC, friction.dynamic_coefficient, Dash::DotDashed));
-        widths.push(across("w at the start", law.width, Dash::Dashed));
-        for (index, state) in states.into_iter().enumerate() {
-            let along = |values: &[f64]| -> Vec<(f64, f64)> {
+        let law = run.plan.friction.law.junctions().ok_or_else(|| {
+            format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
+        })?;
+        let to_mm = length_mm(run)?;
+        let mut means = coefficient_lines(run, to_mm);
+        means.iter_mut().for_each(|line| line.colour = GREY);
+        let at_start = vec![(0.0, law.width), (to_mm, law.width)];
+        let mut widths = vec![Layer::line("w at the start", at_start, Dash::Dashed, GREY)];
+        for (index, state) in self.states(run)?.into_iter().enumerate() {
+            let along = |values: &[f64]| {
                 let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
                 let places = (0..).map(|n| f64::from(n) * run.plan.spacing_m * 1e3);
                 let shown = values.iter().zip(pinned).map(|(value, is)| if is { *value } else { f64::NAN });
@@ -80,9 +70,8 @@ impl JunctionForces {
             self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)).collect();
         if self.after_slips {
             let precursors = one_by_one(run);
-            let is_global = |blocks: u32| blocks == run.header.blocks;
             let long = precursors.iter().find(|precursor| precursor.blocks_slipped >= FROM_BLOCKS);
-            let global = precursors.iter().find(|precursor| is_global(precursor.blocks_slipped));
+            let global = precursors.iter().find(|precursor| precursor.blocks_slipped == run.header.blocks);
             let ends = [long, global].into_iter().flatten().filter_map(|precursor| precursor.end.end_step);
             states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
         }

@@ -40,58 +40,42 @@ impl Figure for Onset {
 
     /// All but its title.
     fn part(&self, run: &RunData) -> Result<Panel, String> {
-        let fields = run
-            .states()?
-            .at_first_onset()
-            .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
+        let fields = run.states()?.at_first_onset();
+        let fields = fields.ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
         let tau = &along(run, &fields.tangential_force_n);
-        let first = tau[0];
-        let last = f64::from(self.blocks.min(run.columns()));
+        let (first, log) = (tau[0], self.logarithmic);
         // Farther on, a linear axis shows nothing but zeros.
         let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
         let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
-        let last = if self.logarithmic { last } else { last.min((seen * ZEROS).ceil()) };
-        let show = |force: f64| if self.logarithmic { force / first } else { force };
-        let blocks = |at: &dyn Fn(f64) -> f64, step: f64| -> Vec<(f64, f64)> {
-            let count = ((last - 1.0) / step).round() as usize;
-            (0..=count).map(|i| 1.0 + i as f64 * step).map(|n| (n, show(at(n)))).collect()
+        let last = f64::from(self.blocks.min(run.columns()));
+        let last = if log { last } else { last.min((seen * ZEROS).ceil()) };
+        let show = |force: f64| if log { force / first } else { force };
+        let line = |label: &str, at: &dyn Fn(f64) -> f64, dash, colour| {
+            let places = (0..=((last - 1.0) / 0.1).round() as usize).map(|i| 1.0 + i as f64 * 0.1);
+            Layer::line(label, places.map(|n| (n, show(at(n)))).collect(), dash, colour)
         };
-        let continuous = |n: f64| {
-            let distance_m = (n - 1.0) * run.plan.spacing_m;
-            analytic::stuck_tangential_force(first, 0.0, distance_m, run.plan.screening_length_m())
-        };
-        let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
-        let discrete = |n: f64| first * decay.powf(n - 1.0);
-        let simulated = tau.iter().take(last as usize).enumerate();
-        let mut series = vec![Layer::marks(
-            "simulated",
-            simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
-            Marker::Circle,
-            INK,
-        )];
+        let mut layers = Vec::new();
         // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
         if run.plan.has_decay() {
-            let theory = [
-                Layer::line("eq. (5.45)", blocks(&continuous, 0.1), Dash::Dashed, BLUE),
-                Layer::line("discrete chain", blocks(&discrete, 0.1), Dash::Solid, RED),
-            ];
-            series.splice(0..0, theory);
+            let length_m = run.plan.screening_length_m();
+            let continuous = |n: f64| {
+                analytic::stuck_tangential_force(first, 0.0, (n - 1.0) * run.plan.spacing_m, length_m)
+            };
+            layers.push(line("eq. (5.45)", &continuous, Dash::Dashed, BLUE));
+            let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
+            layers.push(line("discrete chain", &|n| first * decay.powf(n - 1.0), Dash::Solid, RED));
         }
-        if self.logarithmic {
-            series.push(Layer::line(
-                format!("{} %", AFFECTED_THRESHOLD * 100.0),
-                vec![(0.0, AFFECTED_THRESHOLD), (last + 1.0, AFFECTED_THRESHOLD)],
-                Dash::Dotted,
-                GREY,
-            ));
-        }
-        let x = Scale::between(place_name(run), 0.0, last + 1.0);
-        let y = if self.logarithmic {
+        let simulated = (1..).zip(tau).take(last as usize).map(|(n, force)| (f64::from(n), show(*force)));
+        layers.push(Layer::marks("simulated", simulated.collect(), Marker::Circle, INK));
+        let y = if log {
+            let level = vec![(0.0, AFFECTED_THRESHOLD), (last + 1.0, AFFECTED_THRESHOLD)];
+            let label = format!("{} %", AFFECTED_THRESHOLD * 100.0);
+            layers.push(Layer::line(label, level, Dash::Dotted, GREY));
             Scale::powers_between("τ_n/τ_1", FLOOR, 2.0)
         } else {
             Scale::between("τ_n (N)", -0.05 * first, 1.1 * first)
         };
-        Ok(Panel::new(x, y, series))
+        Ok(Panel::new(Scale::between(place_name(run), 0.0, last + 1.0), y, layers))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {

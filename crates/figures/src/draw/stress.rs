@@ -7,7 +7,7 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
-use super::kind::{Figure, Level, keys, levels, of_one_run};
+use super::kind::{Figure, keys, levels, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Panel, Sheet};
 use asperity_numbers::curve_list::along;
@@ -27,90 +27,80 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        if run.plan.blocks == 1 {
-            return Err(format!("run {} has one block, and forces along a slider need several", run.name));
-        }
-        let mut states = Vec::new();
-        for at_s in &self.at_s {
+        let to_mm = length_mm(run)?;
+        let state = |at_s: &f64| {
             let fields = run.states()?.near(*at_s);
             let fields =
                 fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
-            let load = load_at(run.loads()?, fields.step);
-            states.push((fields, load.ok_or_else(|| format!("run {} has no step records", run.name))?));
-        }
-        // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
-        let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
-        let panels: Vec<Panel> =
-            states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
-        Ok(Sheet::of(panels))
+            let (load, borne_n) = loads(run, fields)?;
+            let thresholds_n = thresholds_n(run, &borne_n);
+            // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
+            // sides.
+            let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
+            Ok((fields, load, backwards_n > 0.5 * thresholds_n[1][0], thresholds_n))
+        };
+        let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
+        // The legend says so once.
+        let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
+        let force =
+            if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
+            let mut layers = Vec::new();
+            // A single level is that of both.
+            for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
+                let points = by_mm(run, &force_n);
+                if is_mirrored {
+                    let below = points.iter().map(|(x, force_n)| (*x, -force_n)).collect();
+                    layers.push(Layer::line("", below, dash, color));
+                }
+                layers.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
+            }
+            layers.push(Layer::line("τ_n", by_mm(run, &fields.tangential_force_n), Dash::Solid, INK));
+            let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(force), layers);
+            panel.titled(format!(
+                "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
+                fields.time_s,
+                load.normal_load_n,
+                pull_ratio(load),
+                if load.end_forces_n.is_some() { ", both ends added" } else { "" }
+            ))
+        });
+        Ok(Sheet::of(panels.collect()))
     }
 }
 
-/// The levels of friction of the run's law as forces on every block in a state, the one of sliding last: with the load
-/// of the instant, or what the contacts of a slab bear.
-fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> Vec<(Level, Vec<f64>)> {
-    let forces_n = coefficients_n(run, fields, load);
-    // A single level is that of both.
-    levels(run).into_iter().zip(forces_n).collect()
+/// The length of a slider, mm.
+pub(super) fn length_mm(run: &RunData) -> Result<f64, String> {
+    if run.plan.blocks == 1 {
+        return Err(format!("run {} has one block, and forces along a slider need several", run.name));
+    }
+    Ok(run.plan.length_m * 1e3)
 }
 
-/// `mu_s p_n`, which is NaN on blocks that never slide, and `mu_d p_n`; of rate-and-state friction `f_0 p_n` twice.
-fn coefficients_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
+/// `mu_s p_n` in a state, which is NaN on blocks that never slide, and `mu_d p_n`; of rate-and-state friction `f_0 p_n`
+/// twice.
+fn thresholds_n(run: &RunData, borne_n: &[f64]) -> [Vec<f64>; 2] {
     let friction = &run.plan.friction;
-    let borne_n = &fields.normal_load_n;
-    let mut forces_n: [Vec<f64>; 2] = if borne_n.is_empty() {
-        let course = load.normal_load_n / run.plan.total_normal_load_n;
-        let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
-        [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
-    } else {
-        let of = |mu: &[f64]| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect();
-        [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)]
-    };
+    let mut thresholds_n = [&friction.static_coefficients, &friction.dynamic_coefficients]
+        .map(|mu| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect::<Vec<f64>>());
     for block in &run.scenario.friction.stuck_blocks {
-        forces_n[0][*block as usize - 1] = f64::NAN;
+        thresholds_n[0][*block as usize - 1] = f64::NAN;
     }
-    forces_n
+    thresholds_n
 }
 
-/// Whether some block is pulled backwards with more than half of sliding friction.
-fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
-    let [_, sliding_n] = coefficients_n(run, fields, load);
-    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
-    -backwards > 0.5 * sliding_n[0]
+/// The load in a state, and what each contact bears of it.
+pub(super) fn loads<'a>(run: &'a RunData, fields: &FieldRecord) -> Result<(&'a Load, Vec<f64>), String> {
+    let (loads, step) = (run.loads()?, fields.step);
+    let both = load_at(loads, step).zip(run.normal_load_n(loads, fields));
+    both.ok_or_else(|| format!("run {} has no step records", run.name))
 }
 
-/// A state; `any_mirrored` is whether in some panel beside it thresholds lie on both sides.
-fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
-    let along = |values: &[f64]| -> Vec<(f64, f64)> {
-        let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-        let points = along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value));
-        points.filter(|(_, value)| value.is_finite()).collect()
-    };
-    let thresholds = thresholds_n(run, fields, record);
-    let thresholds: Vec<(Level, Vec<(f64, f64)>)> =
-        thresholds.into_iter().map(|(level, force_n)| (level, along(&force_n))).collect();
-    let tau = along(&fields.tangential_force_n);
-    let mirrored = is_mirrored(run, fields, record);
-    let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
-    let mut series = Vec::new();
-    for ((_, dash, color, name), points) in thresholds {
-        if mirrored {
-            series.push(Layer::line("", below(&points), dash, color));
-        }
-        let sign = if any_mirrored { "±" } else { "" };
-        series.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
-    }
-    series.push(Layer::line("τ_n", tau, Dash::Solid, INK));
-    let x = Scale::between("x (mm)", 0.0, run.plan.length_m * 1e3);
-    let of_one_row = run.of_one_row().is_some();
-    let y = Scale::free(if of_one_row { "force per block (N)" } else { "mean force per contact (N)" });
-    Panel::new(x, y, series).titled(format!(
-        "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
-        fields.time_s,
-        record.normal_load_n,
-        pull_ratio(record),
-        if record.end_forces_n.is_some() { ", both ends added" } else { "" }
-    ))
+/// A quantity along the slider by the place of each block, mm.
+fn by_mm(run: &RunData, values: &[f64]) -> Vec<(f64, f64)> {
+    let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
+    let points = along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value));
+    points.filter(|(_, value)| value.is_finite()).collect()
 }
 
 #[cfg(test)]

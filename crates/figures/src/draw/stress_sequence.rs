@@ -11,9 +11,10 @@ use asperity_numbers::run_data::RunData;
 use asperity_record::FieldRecord;
 
 use super::colours::{Colours, On};
-use super::kind::{Figure, keys, levels, of_one_run, place_name};
+use super::kind::{Figure, coefficient_lines, keys, of_one_run, place_name};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Panel, Sheet};
+use super::stress::loads;
 use asperity_numbers::curve_list::along;
 
 keys! {
@@ -39,56 +40,50 @@ impl Figure for StressSequence {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let precursors = one_by_one(run);
-        let shown = precursors.iter().filter(|precursor| {
+        let states = run.states()?;
+        let (mut loads, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        for precursor in one_by_one(run) {
             let is_global = precursor.blocks_slipped == run.header.blocks;
-            precursor.blocks_slipped >= self.from_blocks && (self.global_slip || !is_global)
-        });
-        let mut pairs = Vec::new();
-        for precursor in shown {
-            let states = run.states()?;
-            let before = states.at_precursor_onset(precursor.start.onset_step);
-            let after = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
-            if let (Some(before), Some(after)) = (before, after) {
-                pairs.push((precursor.start.ft_fn_onset, [profile(run, before)?, profile(run, after)?]));
+            if precursor.blocks_slipped < self.from_blocks || is_global && !self.global_slip {
+                continue;
+            }
+            let at_onset = states.at_precursor_onset(precursor.start.onset_step);
+            let at_end = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
+            if let Some((at_onset, at_end)) = at_onset.zip(at_end) {
+                loads.push(precursor.start.ft_fn_onset);
+                before.push(profile(run, at_onset)?);
+                after.push(profile(run, at_end)?);
             }
         }
-        if pairs.is_empty() {
+        if loads.is_empty() {
             return Err(format!(
                 "run {} has no precursor of {} blocks or more with states at its onset and its end \
                  (recording.event_fields = true has them recorded)",
                 run.name, self.from_blocks
             ));
         }
-        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, pairs.iter().map(|(load, _)| *load));
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
         let colours = Colours::of(scale, On::Lines);
-        let last = f64::from(run.columns());
-        let lines = levels(run);
-        let panel = |title: &str, which: usize| {
-            let profiles = pairs.iter().map(|(load, both)| {
-                let color = colours.at(colours.scale.nearest_share(*load));
-                Layer::line("", both[which].clone(), Dash::Solid, color)
-            });
-            let levels = lines.iter().map(|&(level, dash, color, label)| {
-                Layer::line(label, vec![(0.5, level), (last + 0.5, level)], dash, color)
-            });
-            let x = Scale::between(place_name(run), 0.5, last + 0.5);
-            Panel::new(x, Scale::free("τ_n/p_n"), profiles.chain(levels).collect()).titled(title)
-        };
-        let panels = vec![panel("before each precursor", 0), panel("after each precursor", 1)];
-        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
+        let end = f64::from(run.columns()) + 0.5;
+        let panels = [("before each precursor", before), ("after each precursor", after)];
+        let panels = panels.map(|(title, profiles)| {
+            let profiles = profiles.into_iter().zip(&loads);
+            let profiles =
+                profiles.map(|(points, load)| Layer::line("", points, Dash::Solid, colours.nearest(*load)));
+            let layers = profiles.chain(coefficient_lines(run, end)).collect();
+            Panel::new(Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"), layers)
+                .titled(title)
+        });
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
     }
 }
 
 /// `tau_n / p_n` of every block in a state, over an area that of the sums over each column; where a contact bears
 /// nothing, nothing is shown.
 fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
-    let normal_load_n = run.normal_load_n(run.loads()?, state);
-    let normal_load_n = normal_load_n.ok_or_else(|| format!("run {} has no step records", run.name))?;
-    let (tau_n, normal_load_n) = (along(run, &state.tangential_force_n), along(run, &normal_load_n));
-    let ratios = tau_n.iter().zip(&normal_load_n).enumerate();
-    let borne = ratios.filter(|(_, (_, p_n))| **p_n != 0.0);
-    Ok(borne.map(|(n, (tau_n, p_n))| (n as f64 + 1.0, tau_n / p_n)).collect())
+    let [tau_n, p_n] = [&state.tangential_force_n, &loads(run, state)?.1].map(|of| along(run, of));
+    let ratios = tau_n.iter().zip(&p_n).zip(1..).filter(|((_, p_n), _)| **p_n != 0.0);
+    Ok(ratios.map(|((tau_n, p_n), n)| (f64::from(n), tau_n / p_n)).collect())
 }
 
 #[cfg(test)]

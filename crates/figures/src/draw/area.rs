@@ -1,27 +1,30 @@
 //! Maps over an area of contact, drawn to scale: a cell for each contact, with outlines of sets of contacts,
 //! contour lines, arrows, and the driven edge.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::colours::Colours;
-use super::scale::{Scale, number};
-use super::sheet::{INK, Layer, Layout, Panel, RED, Shape, Sheet};
 use asperity_model::NodeState;
 use asperity_numbers::run_data::{RunData, RunEvents, load_at};
 use asperity_record::{Contacts, magnitude};
 
+use super::colours::Colours;
+use super::scale::{Scale, number};
+use super::sheet::{INK, Layer, Layout, Panel, Point, RED, Shape, Sheet};
+
 /// Points of the map, mm.
-type Points = Vec<(f64, f64)>;
+type Points = Vec<Point>;
 
 /// The contacts of a run over an area.
 #[derive(Debug, Clone)]
 pub(super) struct Area {
     pub(super) contacts: Contacts,
     spacing_mm: f64,
-    /// The first and the last row at the driven edge; none where other contacts are driven as well.
-    driven_rows: Option<[u32; 2]>,
-    is_driven: bool,
+    /// Where it is driven.
+    drive: Option<Layer>,
 }
+
+/// What lies on a map: its title, the number of each cell, and layers upon these.
+pub(super) type Map = (String, Vec<f64>, Vec<Layer>);
 
 /// What is free beside the driven edge, and how thick its mark is, over the length of the slider.
 const MARGIN: f64 = 0.035;
@@ -34,18 +37,15 @@ impl Area {
     /// That of a run; in words, why it has none.
     pub(super) fn of(run: &RunEvents) -> Result<Area, String> {
         if run.of_one_row().is_some() {
-            return Err(format!(
-                "the contacts of run {} lie in a single row (accepted: a run over an area, slider.across of 2 or \
-                 more)",
-                run.name
-            ));
+            let accepted = "(accepted: a run over an area, slider.across of 2 or more)";
+            return Err(format!("the contacts of run {} lie in a single row {accepted}", run.name));
         }
-        Ok(Area {
-            contacts: run.header.contacts(),
-            spacing_mm: run.plan.spacing_m * 1e3,
-            driven_rows: run.plan.driven_rows(),
-            is_driven: !run.plan.drive.springs.is_empty(),
-        })
+        let plan = &run.plan;
+        let mut area =
+            Area { contacts: run.header.contacts(), spacing_mm: plan.spacing_m * 1e3, drive: None };
+        let from_top = || (!plan.drive.springs.is_empty()).then(|| Layer::remark("driven from the top"));
+        area.drive = plan.driven_rows().map(|rows| area.driven_edge(rows)).or_else(from_top);
+        Ok(area)
     }
 
     /// Numbers of all contacts.
@@ -74,16 +74,15 @@ impl Area {
         for (column, row) in (0..=columns).flat_map(|column| (0..=rows).map(move |row| (column, row))) {
             // The corner above and at the right of a contact, and the edges from there back.
             let corner = (column, row);
-            if row > 0 && inside(column, row) != inside(column + 1, row) {
+            if inside(column, row) != inside(column + 1, row) {
                 edges.push([(column, row - 1), corner]);
             }
-            if column > 0 && inside(column, row) != inside(column, row + 1) {
+            if inside(column, row) != inside(column, row + 1) {
                 edges.push([(column - 1, row), corner]);
             }
         }
         let at = |corner: u32| (f64::from(corner) - 0.5) * self.spacing_mm;
-        let lines = joined(&edges).into_iter();
-        lines.map(|line| line.into_iter().map(|(column, row)| (at(column), at(row))).collect()).collect()
+        joined(&edges, |(column, row)| (at(column), at(row)))
     }
 
     /// Lines along which a quantity has a level, between contacts that all have a value: those of squares of
@@ -103,11 +102,8 @@ impl Area {
                 continue;
             }
             let mut crossed = Vec::new();
-            for side in 0..4 {
-                let (a, b) = (side, (side + 1) % 4);
-                if (of[a] < level) == (of[b] < level) {
-                    continue;
-                }
+            let sides = [(0, 1), (1, 2), (2, 3), (3, 0)].into_iter();
+            for (a, b) in sides.filter(|(a, b)| (of[*a] < level) != (of[*b] < level)) {
                 let share = (level - of[a]) / (of[b] - of[a]);
                 let ((x0, y0), (x1, y1)) = (self.place(corners[a]), self.place(corners[b]));
                 let key = [corners[a].min(corners[b]), corners[a].max(corners[b])];
@@ -125,8 +121,7 @@ impl Area {
                 _ => {}
             }
         }
-        let lines = joined(&edges).into_iter();
-        lines.map(|line| line.into_iter().map(|key| crossings[&key]).collect()).collect()
+        joined(&edges, |key| crossings[&key])
     }
 
     /// Arrows of a vector at contacts that are far enough apart in `panels` panels on a sheet, with the
@@ -162,50 +157,56 @@ impl Area {
         vec![Layer::new("", arrows, INK), Layer::remark(format!("longest arrow: {}{unit}", number(longest)))]
     }
 
-    /// The mark of the driven edge.
-    fn drive(&self) -> Option<Layer> {
-        let [first, last] = self.driven_rows?;
+    /// The mark of the driven edge, from the first to the last row.
+    fn driven_edge(&self, [first, last]: [u32; 2]) -> Layer {
         let (x, thick) = (-0.5 * self.spacing_mm, EDGE * self.length_mm());
         let y = [f64::from(first) - 1.5, f64::from(last) - 0.5].map(|row| row * self.spacing_mm);
         let outline = vec![(x - thick, y[0]), (x, y[0]), (x, y[1]), (x - thick, y[1])];
-        Some(Layer::surface("driven edge", outline, 1.0, RED))
+        Layer::surface("driven edge", outline, 1.0, RED)
     }
 
-    /// Panels over the area, each with its title, the number of each contact and what lies upon these, to which the
-    /// drive is added.
-    pub(super) fn sheet(&self, panels: Vec<(String, Vec<f64>, Vec<Layer>)>, colours: Colours) -> Sheet {
-        let drive = match (self.drive(), self.is_driven) {
-            (None, true) => Some(Layer::remark("driven from the top")),
-            (drive, _) => drive,
-        };
+    /// Maps over the area, to which the drive is added.
+    pub(super) fn sheet(&self, panels: Vec<Map>, colours: Colours) -> Sheet {
         let half = 0.5 * self.spacing_mm;
-        let (length, width) = (self.length_mm(), f64::from(self.contacts.rows() - 1) * self.spacing_mm);
+        let (length, rows) = (self.length_mm(), f64::from(self.contacts.rows()));
         let x = Scale::between("x (mm)", -half - MARGIN * length, length + half);
-        let y = Scale::between("y (mm)", -half, width + half);
-        let corner = [-half, -half];
-        let panels = panels.into_iter().map(|(title, values, layers)| {
-            let cells = cells(&values, self.contacts.columns() as usize, self.spacing_mm, corner, &colours);
-            (title, std::iter::once(cells).chain(layers).chain(drive.clone()).collect())
-        });
-        maps(panels.collect(), x, y, colours)
+        let y = Scale::between("y (mm)", -half, (rows - 0.5) * self.spacing_mm);
+        maps(
+            panels,
+            self.drive.as_slice(),
+            [x, y],
+            self.contacts.columns() as usize,
+            self.spacing_mm,
+            colours,
+        )
     }
 }
 
-/// Squares in the colours of their numbers, row by row, the first with its corner here; no square of what is no number.
-pub(super) fn cells(values: &[f64], columns: usize, side: f64, corner: [f64; 2], colours: &Colours) -> Layer {
-    let cell = |(n, value): (usize, &f64)| {
-        let at = |far: usize| {
-            (corner[0] + (n % columns + far) as f64 * side, corner[1] + (n / columns + far) as f64 * side)
+/// Maps of the same axes, drawn to scale, with one colour bar and common layers. Cells are squares with sides of this
+/// length, row by row from the lower end of the axes; no square is of what is no number.
+pub(super) fn maps(
+    panels: Vec<Map>,
+    common: &[Layer],
+    [x, y]: [Scale; 2],
+    columns: usize,
+    side: f64,
+    colours: Colours,
+) -> Sheet {
+    let [across, upwards] = [&x, &y].map(|axis| axis.ends().1 - axis.ends().0);
+    let corner = y.ends().0;
+    let panel = |(title, values, layers): Map| {
+        let cell = |(n, value): (usize, &f64)| {
+            let [near, far] = [0, 1].map(|far| {
+                let at = |cells: usize| corner + (cells + far) as f64 * side;
+                (at(n % columns), at(n / columns))
+            });
+            ([near, far], colours.nearest(*value))
         };
-        ([at(0), at(1)], colours.nearest(*value))
+        let cells = values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell);
+        let layers = std::iter::once(Layer::cells(cells.collect())).chain(layers);
+        let layers = layers.chain(common.iter().cloned()).collect();
+        Panel::new(x.clone(), y.clone(), layers).titled(title)
     };
-    Layer::cells(values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell).collect())
-}
-
-/// Panels of the same axes, drawn to scale, each with its title and its layers, and one colour bar.
-pub(super) fn maps(panels: Vec<(String, Vec<Layer>)>, x: Scale, y: Scale, colours: Colours) -> Sheet {
-    let [across, upwards] = [x.ends(), y.ends()].map(|(from, to)| to - from);
-    let panel = |(title, layers): (String, _)| Panel::new(x.clone(), y.clone(), layers).titled(title);
     let panels = panels.into_iter().map(panel).collect();
     Sheet { layout: Layout::Close(upwards / across), bar: Some(colours), ..Sheet::of(panels) }
 }
@@ -233,30 +234,25 @@ pub(super) fn sizes(vectors: &[[f64; 2]]) -> Vec<f64> {
     vectors.iter().map(|vector| magnitude(*vector)).collect()
 }
 
-/// Lines through edges that meet, each edge once.
-fn joined<P: Copy + Ord>(edges: &[[P; 2]]) -> Vec<Vec<P>> {
-    let mut at: BTreeMap<P, Vec<usize>> = BTreeMap::new();
-    for (n, edge) in edges.iter().enumerate() {
-        edge.iter().for_each(|end| at.entry(*end).or_default().push(n));
+/// Lines through edges that meet, each edge once, and where their points are.
+fn joined<P: Copy + Ord, Q>(edges: &[[P; 2]], at: impl Fn(P) -> Q) -> Vec<Vec<Q>> {
+    let mut met: BTreeMap<P, BTreeSet<P>> = BTreeMap::new();
+    for (from, to) in edges.iter().flat_map(|&[a, b]| [(a, b), (b, a)]) {
+        met.entry(from).or_default().insert(to);
     }
-    let mut is_used = vec![false; edges.len()];
-    let mut lines = Vec::new();
     // From open ends first, so that no line begins in its middle.
-    let ends = at.iter().filter(|(_, met)| met.len() % 2 == 1).map(|(end, _)| *end);
+    let ends = met.iter().filter(|(_, to)| to.len() % 2 == 1).map(|(end, _)| *end);
     let starts: Vec<P> = ends.chain(edges.iter().map(|edge| edge[0])).collect();
-    for start in starts {
-        let mut line = vec![start];
-        let mut here = start;
-        while let Some(&n) = at[&here].iter().find(|n| !is_used[**n]) {
-            is_used[n] = true;
-            here = if edges[n][0] == here { edges[n][1] } else { edges[n][0] };
-            line.push(here);
+    let line = |mut here: P| {
+        let mut line = vec![at(here)];
+        while let Some(next) = met.get_mut(&here).and_then(BTreeSet::pop_first) {
+            met.entry(next).or_default().remove(&here);
+            line.push(at(next));
+            here = next;
         }
-        if line.len() > 1 {
-            lines.push(line);
-        }
-    }
-    lines
+        line
+    };
+    starts.into_iter().map(line).filter(|line| line.len() > 1).collect()
 }
 
 #[cfg(test)]
@@ -348,15 +344,17 @@ mod tests {
 
     #[test]
     fn the_driven_rows_are_marked() {
-        assert_eq!(area().driven_rows, Some([1, 3]));
+        let drive = area().drive.unwrap();
+        let y: Vec<f64> = drive.points().iter().map(|point| (point.1 / A * 2.0).round()).collect();
+        assert_eq!((drive.label.as_str(), y), ("driven edge", vec![-1.0, -1.0, 5.0, 5.0]));
         let refused = Area::of(&made_up::run("", &[])).unwrap_err();
         assert!(refused.contains("run test lie in a single row (accepted: a run over an area"), "{refused}");
     }
 
     #[test]
     fn edges_are_joined_to_lines() {
-        assert_eq!(joined(&[[3, 4], [1, 2], [2, 3]]), [[1, 2, 3, 4]]);
-        assert_eq!(joined(&[[1, 2], [2, 3], [3, 1]]), [[1, 2, 3, 1]]);
-        assert!(joined::<u32>(&[]).is_empty());
+        assert_eq!(joined(&[[3, 4], [1, 2], [2, 3]], |n| n), [[1, 2, 3, 4]]);
+        assert_eq!(joined(&[[1, 2], [2, 3], [3, 1]], |n| n), [[1, 2, 3, 1]]);
+        assert!(joined::<u32, u32>(&[], |n| n).is_empty());
     }
 }

@@ -39,25 +39,14 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    fn label(self) -> &'static str {
-        match self {
-            Quantity::Stress => "|τ_n|/p_n",
-            Quantity::Slip => "slip since the start (µm)",
-            Quantity::Velocity => "|v_n| (m/s)",
-            Quantity::NormalLoad => "p_n/(F_N/N)",
-        }
-    }
-
     /// The quantity of each contact as a vector; what has no direction is along x. NaN where there is none.
     fn of(self, run: &RunData, state: &NodeState) -> Vec<[f64; 2]> {
         let (nodes, contacts) = (state.lattice.nodes(), state.lattice.contacts());
         let both = |values: &[f64], of_axis: usize, n: usize| [values[n], values[of_axis + n]];
         let mean_n = state.normal_load_n.iter().sum::<f64>() / contacts as f64;
         let of = |n: usize| match self {
-            Quantity::Stress => {
-                let p_n = state.normal_load_n[n];
-                let tau_n = both(&state.tangential_force_n, contacts, n);
-                if p_n > 0.0 { tau_n.map(|tau_n| tau_n / p_n) } else { [f64::NAN; 2] }
+            Quantity::Stress if state.normal_load_n[n] > 0.0 => {
+                both(&state.tangential_force_n, contacts, n).map(|tau_n| tau_n / state.normal_load_n[n])
             }
             Quantity::Slip => {
                 let [now, rest] =
@@ -66,7 +55,7 @@ impl Quantity {
             }
             Quantity::Velocity => both(&state.velocity_m_per_s, nodes, n),
             Quantity::NormalLoad if mean_n > 0.0 => [state.normal_load_n[n] / mean_n, 0.0],
-            Quantity::NormalLoad => [f64::NAN; 2],
+            Quantity::Stress | Quantity::NormalLoad => [f64::NAN; 2],
         };
         (0..contacts).map(of).collect()
     }
@@ -83,9 +72,8 @@ impl Quantity {
     ) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         if has_arrows && self == Quantity::NormalLoad {
-            return Err("arrows: true is not accepted with shows = \"normal-load\", which has no direction \
-                        (accepted: false)"
-                .to_owned());
+            let problem = "arrows: true is not accepted with shows = \"normal-load\", which has no direction";
+            return Err(format!("{problem} (accepted: false)"));
         }
         let all: Vec<Vec<[f64; 2]>> = states.iter().map(|(_, state)| self.of(run, state)).collect();
         let values: Vec<Vec<f64>> = all.iter().map(|vectors| sizes(vectors)).collect();
@@ -97,17 +85,21 @@ impl Quantity {
             _ => 0.0,
         };
         let panels = states.iter().zip(&all).zip(values).map(|(((title, state), vectors), values)| {
-            let mut layers = Vec::new();
             let sliding = area.outlines(&|contact| state.slides[contact as usize - 1] != 0.0);
-            if !sliding.is_empty() {
-                layers.push(Layer::contours("sliding", sliding));
-            }
+            let sliding = (!sliding.is_empty()).then(|| Layer::contours("sliding", sliding));
+            let mut layers = Vec::from_iter(sliding);
             if has_arrows {
                 layers.extend(area.arrows(vectors, largest, states.len(), ""));
             }
             (title.clone(), values, layers)
         });
-        Ok(area.sheet(panels.collect(), Colours::between(self.label(), &[smallest, largest])))
+        let label = match self {
+            Quantity::Stress => "|τ_n|/p_n",
+            Quantity::Slip => "slip since the start (µm)",
+            Quantity::Velocity => "|v_n| (m/s)",
+            Quantity::NormalLoad => "p_n/(F_N/N)",
+        };
+        Ok(area.sheet(panels.collect(), Colours::between(label, &[smallest, largest])))
     }
 }
 

@@ -57,7 +57,16 @@ impl Figure for ArrivalMap {
         }
         let (values, mut layers, colours) = match self.shows {
             Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
-            Shown::Slip => slips(&area, &arrivals),
+            Shown::Slip => {
+                let vectors = of_contacts(&area, &arrivals, [f64::NAN; 2], |arrival| {
+                    let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
+                    slip_m.map_or([f64::NAN; 2], |(along, across)| [along * 1e6, across * 1e6])
+                });
+                let sizes = sizes(&vectors);
+                let longest = sizes.iter().copied().fold(0.0, f64::max);
+                let colours = Colours::between("slip (µm)", &[0.0, longest]);
+                (sizes, area.arrows(&vectors, longest, 1, " µm"), colours)
+            }
         };
         let first = arrivals.iter().filter(|arrival| arrival.arrival_step == rupture.onset_step);
         let first: Vec<(f64, f64)> = first.map(|arrival| area.place(arrival.block)).collect();
@@ -73,11 +82,15 @@ const DISC: f64 = 10.0;
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
-/// The number of each contact, what lies upon these, and their colours.
-type Map = (Vec<f64>, Vec<Layer>, Colours);
-
 impl ArrivalMap {
-    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Map {
+    /// The time of each contact, isochrones, and the colours of times.
+    fn arrivals(
+        &self,
+        area: &Area,
+        rupture: &Rupture,
+        arrivals: &[&Arrival],
+        step_s: f64,
+    ) -> (Vec<f64>, Vec<Layer>, Colours) {
         let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
         let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
         let to_s = self.to_s.unwrap_or(last_s);
@@ -98,18 +111,6 @@ impl ArrivalMap {
     }
 }
 
-/// The size of the slip of each contact, with arrows.
-fn slips(area: &Area, arrivals: &[&Arrival]) -> Map {
-    let vectors = of_contacts(area, arrivals, [f64::NAN; 2], |arrival| {
-        let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
-        slip_m.map_or([f64::NAN; 2], |(along, across)| [along * 1e6, across * 1e6])
-    });
-    let sizes = sizes(&vectors);
-    let longest = sizes.iter().copied().fold(0.0, f64::max);
-    let colours = Colours::between("slip (µm)", &[0.0, longest]);
-    (sizes, area.arrows(&vectors, longest, 1, " µm"), colours)
-}
-
 /// A quantity of each contact: of those that the front did not come to, `none`.
 fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl Fn(&Arrival) -> Q) -> Vec<Q> {
     let mut all = vec![none; area.contacts.count() as usize];
@@ -119,18 +120,11 @@ fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl F
 
 /// What a rupture was, and when.
 pub(super) fn title(run: &RunData, rupture: &Rupture) -> Result<String, String> {
+    let Rupture { rupture: number, onset_s, ft_fn_onset, .. } = rupture;
     let sorted = sorted(run)?;
-    let sort =
-        sorted.iter().find(|(other, _)| other.rupture == rupture.rupture).map(|(_, sort)| sort.label());
-    Ok(format!(
-        "rupture {}, {}: {} of {} contacts, t_0 = {:.5} s, F_T/F_N = {:.4}",
-        rupture.rupture,
-        sort.unwrap_or_default(),
-        rupture.slipped(),
-        run.header.blocks,
-        rupture.onset_s,
-        rupture.ft_fn_onset
-    ))
+    let sort = sorted.iter().find(|(other, _)| other.rupture == *number).map_or("", |(_, sort)| sort.label());
+    let slipped = format!("{} of {} contacts", rupture.slipped(), run.header.blocks);
+    Ok(format!("rupture {number}, {sort}: {slipped}, t_0 = {onset_s:.5} s, F_T/F_N = {ft_fn_onset:.4}"))
 }
 
 #[cfg(test)]

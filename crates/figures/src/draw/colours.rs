@@ -87,8 +87,8 @@ impl Colours {
     }
 }
 
-/// The colour at a share of a scale.
-fn mixed(colours: &[RGBColor], share: f64) -> RGBColor {
+/// The colour at a share of a scale of colours at equal distances.
+pub(crate) fn mixed(colours: &[RGBColor], share: f64) -> RGBColor {
     let at = share.clamp(0.0, 1.0) * (colours.len() - 1) as f64;
     let low = (at.floor() as usize).min(colours.len() - 2);
     let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * (at - low as f64)).round() as u8;

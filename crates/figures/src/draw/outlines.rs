@@ -18,7 +18,8 @@ keys! {
     from_contacts: u32,
 }
 
-fn one() -> u32 {
+/// The fewest there are.
+pub(super) fn one() -> u32 {
     1
 }
 

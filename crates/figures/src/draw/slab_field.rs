@@ -14,7 +14,7 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::area::{cells, maps, nodes_at};
+use super::area::{Map, maps, nodes_at};
 use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::scale::{Scale, number};
@@ -57,16 +57,6 @@ enum Shown {
     Displacement,
 }
 
-impl Shown {
-    fn label(self) -> &'static str {
-        match self {
-            Shown::ShearStress => "σ_{xz} (MPa)",
-            Shown::Pressure => "−σ_{zz} (MPa)",
-            Shown::Displacement => "u_x since rest (µm)",
-        }
-    }
-}
-
 impl Figure for SlabField {
     of_one_run!();
 
@@ -80,20 +70,23 @@ impl Figure for SlabField {
             return Err(format!("left_out: {out} is not accepted (accepted: 0 to less than 0.5)"));
         }
         if !plan.elastic.has_inside() {
-            return Err(format!(
-                "run {} is of a {}, which has no inside (accepted: a run of a slab or a body)",
-                run.name,
-                plan.elastic.name()
-            ));
+            let (run, body) = (&run.name, plan.elastic.name());
+            let accepted = "(accepted: a run of a slab or a body)";
+            return Err(format!("run {run} is of a {body}, which has no inside {accepted}"));
         }
         let lattice = plan.elastic.as_lattice();
         let slice = self.slice(run, &lattice)?;
-        let values_of = |(title, nodes): (String, &NodeState)| (title, self.values(run, nodes, slice));
-        let states: Vec<(String, Vec<f64>)> = nodes_at(run, &self.at_s)?.into_iter().map(values_of).collect();
-        let mut all: Vec<f64> = states.iter().flat_map(|(_, values)| values).copied().collect();
+        let map = |(title, nodes): (_, &_)| (title, self.values(run, nodes, slice), Vec::new());
+        let panels: Vec<Map> = nodes_at(run, &self.at_s)?.into_iter().map(map).collect();
+        let mut all: Vec<f64> = panels.iter().flat_map(|(_, values, _)| values).copied().collect();
         all.sort_by(f64::total_cmp);
         let rank = |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
-        let colours = Colours::between(self.shows.label(), &[rank(out), rank(1.0 - out)]);
+        let label = match self.shows {
+            Shown::ShearStress => "σ_{xz} (MPa)",
+            Shown::Pressure => "−σ_{zz} (MPa)",
+            Shown::Displacement => "u_x since rest (µm)",
+        };
+        let colours = Colours::between(label, &[rank(out), rank(1.0 - out)]);
         let spacing_mm = plan.spacing_m * 1e3;
         let at_mm = |place: usize| number(place as f64 * spacing_mm);
         let (axis, rows, plane) = match slice {
@@ -103,13 +96,9 @@ impl Figure for SlabField {
         };
         let ends = (out > 0.0).then(|| format!("ends: {} % beyond", 100.0 * out));
         let remarks: Vec<Layer> = plane.into_iter().chain(ends).map(Layer::remark).collect();
-        let panel = |(title, values): (String, Vec<f64>)| {
-            let cells = cells(&values, lattice.columns - 1, spacing_mm, [0.0; 2], &colours);
-            (title, std::iter::once(cells).chain(remarks.clone()).collect())
-        };
-        let panels = states.into_iter().map(panel).collect();
         let scale = |label, nodes: usize| Scale::between(label, 0.0, (nodes - 1) as f64 * spacing_mm);
-        Ok(maps(panels, scale("x (mm)", lattice.columns), scale(axis, rows), colours))
+        let axes = [scale("x (mm)", lattice.columns), scale(axis, rows)];
+        Ok(maps(panels, &remarks, axes, lattice.columns - 1, spacing_mm, colours))
     }
 }
 
@@ -138,13 +127,10 @@ impl SlabField {
         // From a node to the next one along x, across and upwards; across a slab there is none, and no strain.
         let is_slab = lattice.lanes == 1;
         let next = [1, if is_slab { 0 } else { lattice.columns }, lattice.contacts()];
-        let (last, of_plane) = match normal {
-            1 => (lattice.lanes - 1, lattice.rows),
-            _ => (lattice.rows - 1, lattice.lanes),
-        };
-        let up = next[3 - normal];
+        let (counts, up) = ([lattice.columns, lattice.lanes, lattice.rows], next[3 - normal]);
         // On both sides of the slice, or on the one that there is.
-        let sides: Vec<usize> = (place.saturating_sub(1)..=place.min(last.saturating_sub(1))).collect();
+        let last = counts[normal].saturating_sub(2);
+        let sides: Vec<usize> = (place.saturating_sub(1)..=place.min(last)).collect();
         // Lame's constants, which are alike: 3 E / 8 in plane stress, 2 E / 5 of a body.
         let modulus_mpa = if is_slab { 0.375 } else { 0.4 } * run.scenario.slider.youngs_modulus_pa * 1e-6;
         let strain = |first: usize, of: usize, along: usize| {
@@ -157,8 +143,12 @@ impl SlabField {
         let stress = |first: usize| match self.shows {
             Shown::ShearStress => modulus_mpa * (strain(first, 0, 2) + strain(first, 2, 0)),
             _ => {
-                let all = strain(first, 0, 0) + strain(first, 1, 1) + 3.0 * strain(first, 2, 2);
-                -modulus_mpa * all
+                -modulus_mpa
+                    * [1.0, 1.0, 3.0]
+                        .iter()
+                        .zip(0..)
+                        .map(|(part, axis)| part * strain(first, axis, axis))
+                        .sum::<f64>()
             }
         };
         let square = |(row, column): (usize, usize)| {
@@ -169,9 +159,8 @@ impl SlabField {
             }
             sides.iter().map(|side| stress(lowest(*side))).sum::<f64>() / sides.len() as f64
         };
-        let squares =
-            (0..of_plane - 1).flat_map(|row| (0..lattice.columns - 1).map(move |column| (row, column)));
-        squares.map(square).collect()
+        let rows = 0..counts[3 - normal] - 1;
+        rows.flat_map(|row| (0..counts[0] - 1).map(move |column| (row, column))).map(square).collect()
     }
 }
 

@@ -12,8 +12,9 @@ use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
 
-use super::colours::{Colours, On};
+use super::colours::{Colours, On, mixed};
 use super::kind::{Figure, keys, of_one_run, place_name};
+use super::lines::within;
 use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Shape, Sheet, Tile};
@@ -120,14 +121,11 @@ impl View {
 
     /// A line through blocks at times, if some of it is in view; where it leaves the panel it is cut off.
     fn line(&self, label: &str, points: &[(f64, u32)], dash: Dash, colour: RGBColor) -> Option<Layer> {
-        let is_seen = |ends: &[(f64, u32)]| {
-            let [(a_s, a), (b_s, b)] = [ends[0], ends[1]];
-            let is_now = a_s.min(b_s) <= self.to_s && self.from_s <= a_s.max(b_s);
-            is_now && a.min(b) <= self.to_block && self.from_block <= a.max(b)
-        };
         let place = |(time_s, block): &(f64, u32)| (self.clock.place(*time_s), f64::from(*block));
-        let line = || Layer::line(label, points.iter().map(place).collect(), dash, colour);
-        points.windows(2).any(is_seen).then(line)
+        let points: Vec<(f64, f64)> = points.iter().map(place).collect();
+        let [low, high] = [(self.from_s, self.from_block), (self.to_s, self.to_block)].map(|at| place(&at));
+        let is_seen = points.windows(2).any(|ends| within(ends[0], ends[1], low, high).is_some());
+        is_seen.then(|| Layer::line(label, points, dash, colour))
     }
 }
 
@@ -150,6 +148,7 @@ pub(super) fn map(
     // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
     let strength = if bar.is_some() { PALE } else { 1.0 };
     let (mut patched, mut fronts, mut came) = (BTreeMap::<Sort, Vec<Tile>>::new(), Vec::new(), Vec::new());
+    let colour_of = |sort: Sort| mixed(&[plotters::prelude::WHITE, color_of(sort)], strength);
     let grain_s = (to_s - from_s) / ACROSS;
     for arrivals in run.arrivals()?.chunk_by(|a, b| a.rupture == b.rupture) {
         let passed = by_column(run, arrivals);
@@ -162,7 +161,7 @@ pub(super) fn map(
             let first = grain(arrival_s).floor();
             let [first_s, last_s] =
                 [first, grain(stop_s).ceil().max(first + 1.0)].map(|grain| from_s + grain * grain_s);
-            (*block, (first_s, last_s, paler(color_of(*sort), strength)))
+            (*block, (first_s, last_s, colour_of(*sort)))
         };
         patched.entry(*sort).or_default().extend(view.tiles(seen.map(patch)));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
@@ -180,7 +179,7 @@ pub(super) fn map(
     let mut layers: Vec<Layer> = patched
         .into_iter()
         .filter(|(_, cells)| !cells.is_empty())
-        .map(|(sort, cells)| Layer::new(sort.label(), Shape::Cells(cells), paler(color_of(sort), strength)))
+        .map(|(sort, cells)| Layer::new(sort.label(), Shape::Cells(cells), colour_of(sort)))
         .collect();
     layers.push(Layer::cells(velocities));
     layers.extend(fronts);
@@ -200,12 +199,6 @@ fn by_column(run: &RunData, arrivals: &[Arrival]) -> BTreeMap<u32, (f64, f64)> {
         *of_column = (of_column.0.min(*arrival_s), of_column.1.max(stop_s));
     }
     passed
-}
-
-/// A colour mixed with white: so much of it, from 0 to 1.
-fn paler(color: RGBColor, strength: f64) -> RGBColor {
-    let mix = |part: u8| (255.0 + strength * (f64::from(part) - 255.0)).round() as u8;
-    RGBColor(mix(color.0), mix(color.1), mix(color.2))
 }
 
 /// The farthest block that has slid by a time, until it is the last one.

@@ -21,15 +21,11 @@ keys! {
     StressSequence: run;
 
     /// Fewest blocks of a precursor that is shown.
-    #[serde(default = "one")]
+    #[serde(default = "super::outlines::one")]
     from_blocks: u32,
     /// Whether to show the first global slip, which ends the sequence, as well.
     #[serde(default)]
     global_slip: bool,
-}
-
-fn one() -> u32 {
-    1
 }
 
 impl Figure for StressSequence {

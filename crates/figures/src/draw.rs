@@ -14,7 +14,6 @@ mod colours;
 mod curve;
 mod dispersion;
 mod error;
-mod film_strip;
 mod friction;
 mod front_profile;
 mod front_speed;
@@ -22,7 +21,6 @@ mod front_speeds;
 mod front_stress;
 mod front_transient;
 mod ink;
-mod junction_forces;
 mod kind;
 mod legend;
 mod lengths;
@@ -35,7 +33,6 @@ mod moments;
 pub mod of_one_run;
 pub mod of_study;
 mod onset;
-mod outlines;
 mod overview;
 mod print;
 mod recurrence;
@@ -48,7 +45,6 @@ mod space_time;
 mod spread;
 mod stability_boundary;
 mod stress;
-mod stress_sequence;
 mod study;
 mod text;
 
@@ -128,7 +124,7 @@ kinds! {
     "lengths" lengths: Lengths,
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
     /// uniform distribution with their deviation, both over `p_n / N_s`.
-    "junction-forces" junction_forces: junction_forces::JunctionForces,
+    "junction-forces" junction_forces: stress::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
@@ -177,7 +173,7 @@ kinds! {
     /// by repeating the run's steps.
     "slab-field" slab_field: slab_field::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
-    "stress-sequence" stress_sequence: stress_sequence::StressSequence,
+    "stress-sequence" stress_sequence: stress::StressSequence,
     /// One rupture over the area of contact, of a sheet or a body: when its front came to each contact, with
     /// isochrones, or how far each slid.
     "arrival-map" arrival_map: arrival_map::ArrivalMap,
@@ -187,10 +183,10 @@ kinds! {
     "area-field" area_field: area_field::AreaField,
     /// One rupture over the area of contact in panels at even times, with outlines of the contacts that slide;
     /// its states are computed by repeating the run's steps.
-    "film-strip" film_strip: film_strip::FilmStrip,
+    "film-strip" film_strip: area_field::FilmStrip,
     /// Extents of the precursors over the area of contact, outlined; each contact has the colour of the load
     /// at which the first precursor that reached it began.
-    "outlines" outlines: outlines::Outlines,
+    "outlines" outlines: arrival_map::Outlines,
     /// The load curve with its ruptures: precursors and global slips are numbered as in the table of
     /// ruptures.
     "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,

@@ -92,13 +92,10 @@ impl Area {
         let mut crossings: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
         let mut edges = Vec::new();
         for contact in self.all() {
-            // Around the square, unless it would reach beyond the map.
+            // Around the square; beyond the last row there is nothing.
             let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
-            if self.contacts.column(contact) == columns || corners[2] > self.contacts.count() {
-                continue;
-            }
-            let of = corners.map(|corner| values[corner as usize - 1]);
-            if of.iter().any(|value| value.is_nan()) {
+            let of = corners.map(|corner| values.get(corner as usize - 1).copied().unwrap_or(f64::NAN));
+            if self.contacts.column(contact) == columns || of.iter().any(|value| value.is_nan()) {
                 continue;
             }
             let mut crossed = Vec::new();
@@ -110,16 +107,12 @@ impl Area {
                 crossings.insert(key, (x0 + share * (x1 - x0), y0 + share * (y1 - y0)));
                 crossed.push(key);
             }
-            match crossed[..] {
-                [a, b] => edges.push([a, b]),
-                // At a saddle the two lines keep to the corners that are not as the middle is.
-                [a, b, c, d] => {
-                    let middle = of.iter().sum::<f64>() / 4.0;
-                    let is_first = (middle < level) == (of[0] < level);
-                    edges.extend(if is_first { [[a, b], [c, d]] } else { [[d, a], [b, c]] });
-                }
-                _ => {}
+            // At a saddle the two lines keep to the corners that are not as the middle is.
+            if (of.iter().sum::<f64>() / 4.0 < level) != (of[0] < level) {
+                let last = crossed.pop();
+                crossed.splice(..0, last);
             }
+            edges.extend(crossed.chunks_exact(2).map(|ends| [ends[0], ends[1]]));
         }
         joined(&edges, |key| crossings[&key])
     }

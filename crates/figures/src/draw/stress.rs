@@ -1,16 +1,25 @@
-//! `tau_n`, `mu_s p_n`, but not of blocks that never slide, and `mu_d p_n` along the slider at chosen instants, with the
-//! normal load of the instant; of rate-and-state friction `f_0 p_n`. Over an area they are means of the columns of
-//! contacts.
+//! Forces along the slider, over an area as means of the columns of contacts.
+//!
+//! - `stress`: `tau_n`, `mu_s p_n`, but not of blocks that never slide, and `mu_d p_n` at chosen instants, with the normal
+//!   load of the instant; of rate-and-state friction `f_0 p_n`.
+//! - `stress-sequence`: `tau_n / p_n` before and after each precursor, each over the normal load of its instant. States
+//!   are recorded at the onsets and ends of slip events, so the precursors are those among slip events: what a precursor
+//!   leaves behind is then what the next one finds, but for the load that the drive has added meanwhile.
+//! - `junction-forces`: the mean and the width of forces of pinned junctions on each contact, over the load that a
+//!   junction bears. Where none is pinned, nothing is shown.
 
+use asperity_numbers::curve_list::along;
 use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::fronts::FROM_BLOCKS;
+use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
-use super::kind::{Figure, keys, levels, of_one_run};
+use super::colours::{Colours, On};
+use super::kind::{Figure, coefficient_lines, keys, levels, of_one_run, place_name};
 use super::scale::Scale;
-use super::sheet::{Dash, INK, Layer, Panel, Sheet};
-use asperity_numbers::curve_list::along;
+use super::sheet::{Dash, GREY, INK, Layer, Panel, Pen, Sheet};
 
 keys! {
     Stress: run;
@@ -70,7 +79,7 @@ impl Figure for Stress {
 }
 
 /// The length of a slider, mm.
-pub(super) fn length_mm(run: &RunData) -> Result<f64, String> {
+fn length_mm(run: &RunData) -> Result<f64, String> {
     if run.plan.blocks == 1 {
         return Err(format!("run {} has one block, and forces along a slider need several", run.name));
     }
@@ -90,7 +99,7 @@ fn thresholds_n(run: &RunData, borne_n: &[f64]) -> [Vec<f64>; 2] {
 }
 
 /// The load in a state, and what each contact bears of it.
-pub(super) fn loads<'a>(run: &'a RunData, fields: &FieldRecord) -> Result<(&'a Load, Vec<f64>), String> {
+fn loads<'a>(run: &'a RunData, fields: &FieldRecord) -> Result<(&'a Load, Vec<f64>), String> {
     let (loads, step) = (run.loads()?, fields.step);
     let both = load_at(loads, step).zip(run.normal_load_n(loads, fields));
     both.ok_or_else(|| format!("run {} has no step records", run.name))
@@ -101,6 +110,144 @@ fn by_mm(run: &RunData, values: &[f64]) -> Vec<(f64, f64)> {
     let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
     let points = along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value));
     points.filter(|(_, value)| value.is_finite()).collect()
+}
+
+keys! {
+    StressSequence: run;
+
+    /// Fewest blocks of a precursor that is shown.
+    #[serde(default = "super::arrival_map::one")]
+    from_blocks: u32,
+    /// Whether to show the first global slip, which ends the sequence, as well.
+    #[serde(default)]
+    global_slip: bool,
+}
+
+impl Figure for StressSequence {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let states = run.states()?;
+        let (mut loads, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        for precursor in one_by_one(run) {
+            let is_global = precursor.blocks_slipped == run.header.blocks;
+            if precursor.blocks_slipped < self.from_blocks || is_global && !self.global_slip {
+                continue;
+            }
+            let at_onset = states.at_precursor_onset(precursor.start.onset_step);
+            let at_end = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
+            if let Some((at_onset, at_end)) = at_onset.zip(at_end) {
+                loads.push(precursor.start.ft_fn_onset);
+                before.push(profile(run, at_onset)?);
+                after.push(profile(run, at_end)?);
+            }
+        }
+        if loads.is_empty() {
+            return Err(format!(
+                "run {} has no precursor of {} blocks or more with states at its onset and its end \
+                 (recording.event_fields = true has them recorded)",
+                run.name, self.from_blocks
+            ));
+        }
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
+        let colours = Colours::of(scale, On::Lines);
+        let end = f64::from(run.columns()) + 0.5;
+        let panels = [("before each precursor", before), ("after each precursor", after)];
+        let panels = panels.map(|(title, profiles)| {
+            let profiles = profiles.into_iter().zip(&loads);
+            let profiles =
+                profiles.map(|(points, load)| Layer::line("", points, Dash::Solid, colours.nearest(*load)));
+            let layers = profiles.chain(coefficient_lines(run, end)).collect();
+            Panel::new(Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"), layers)
+                .titled(title)
+        });
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
+    }
+}
+
+/// `tau_n / p_n` of every block in a state, over an area that of the sums over each column; where a contact bears
+/// nothing, nothing is shown.
+fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
+    let [tau_n, p_n] = [&state.tangential_force_n, &loads(run, state)?.1].map(|of| along(run, of));
+    let ratios = tau_n.iter().zip(&p_n).zip(1..).filter(|((_, p_n), _)| **p_n != 0.0);
+    Ok(ratios.map(|((tau_n, p_n), n)| (f64::from(n), tau_n / p_n)).collect())
+}
+
+keys! {
+    JunctionForces: run;
+
+    /// Instants, s; the recorded state nearest to each is shown.
+    at_s: Vec<f64>,
+    /// Whether to show as well the states after the first precursor of five blocks or more, and after the
+    /// first global slip, among slip events.
+    #[serde(default)]
+    after_slips: bool,
+}
+
+/// Looks of instants, by the number of the pen: lines across, for the coefficients, are grey.
+const PENS: [usize; 4] = [0, 1, 2, 4];
+
+impl Figure for JunctionForces {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states: self.after_slips, states_near_s: self.at_s.clone(), ..RequiredData::NOTHING }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let law = run.plan.friction.law.junctions().ok_or_else(|| {
+            format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
+        })?;
+        let to_mm = length_mm(run)?;
+        let mut means = coefficient_lines(run, to_mm);
+        means.iter_mut().for_each(|line| line.colour = GREY);
+        let at_start = vec![(0.0, law.width), (to_mm, law.width)];
+        let mut widths = vec![Layer::line("w at the start", at_start, Dash::Dashed, GREY)];
+        for (index, state) in self.states(run)?.into_iter().enumerate() {
+            let along = |values: &[f64]| {
+                let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
+                let places = (0..).map(|n| f64::from(n) * run.plan.spacing_m * 1e3);
+                let shown = values.iter().zip(pinned).map(|(value, is)| if is { *value } else { f64::NAN });
+                places.zip(shown).collect()
+            };
+            let label = format!("t = {:.4} s", state.time_s);
+            let pen = Pen::nth(PENS[index % PENS.len()], &label);
+            means.push(pen.line(along(&state.pinned_mean_ratio)));
+            widths.push(pen.unlabelled().line(along(&state.pinned_width_ratio)));
+        }
+        let panel = |x: &str, y: &str, series: Vec<Layer>| {
+            Panel::new(Scale::between(x, 0.0, to_mm), Scale::free(y), series)
+        };
+        let upper = panel("", "mean force/(p_n/N_s)", means);
+        Ok(Sheet::stacked(upper, panel("x (mm)", "width", widths)))
+    }
+}
+
+impl JunctionForces {
+    /// The states to show, each once, in time.
+    fn states<'a>(&self, run: &'a RunData) -> Result<Vec<&'a FieldRecord>, String> {
+        let recorded = run.states()?;
+        let mut states: Vec<&FieldRecord> =
+            self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)).collect();
+        if self.after_slips {
+            let precursors = one_by_one(run);
+            let long = precursors.iter().find(|precursor| precursor.blocks_slipped >= FROM_BLOCKS);
+            let global = precursors.iter().find(|precursor| precursor.blocks_slipped == run.header.blocks);
+            let ends = [long, global].into_iter().flatten().filter_map(|precursor| precursor.end.end_step);
+            states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
+        }
+        states.retain(|state| !state.junctions_slipping.is_empty());
+        states.sort_by_key(|state| state.step);
+        states.dedup_by_key(|state| state.step);
+        if states.is_empty() {
+            return Err(format!("run {} has no states with junctions at these instants", run.name));
+        }
+        Ok(states)
+    }
 }
 
 #[cfg(test)]
@@ -125,5 +272,106 @@ mod tests {
         let panel = figure.part(&run).unwrap().panels.remove(0);
         let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 70.0], vec![45.0, 90.0, 45.0]));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_sequences {
+    use asperity_record::FieldRecord;
+
+    use super::{Figure, StressSequence};
+    use crate::draw::sheet::Shape;
+    use asperity_numbers::required_data::RequiredData;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    fn figure(toml: &str) -> StressSequence {
+        toml::from_str(&format!("file = 'f.png'\nrun = 'a'\n{toml}")).unwrap()
+    }
+
+    #[test]
+    fn each_precursor_has_the_state_at_its_onset_and_at_its_end() {
+        let mut run = made_up::run("", &EVENTS);
+        run.kept = RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS };
+        let state = |step: u64| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![step as f64; 3],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+            ..FieldRecord::default()
+        };
+        let steps = EVENTS.iter().flat_map(|(onset, end, _)| [*onset, *end]);
+        let states: Vec<FieldRecord> = steps.map(state).collect();
+        made_up::with_states(&mut run, &states);
+        // 400 N on three blocks; the precursors are events 0, 1 and 4, and event 5 is of all blocks.
+        let levels = |toml: &str, panel: usize| -> Vec<f64> {
+            let sheet = figure(toml).part(&run).unwrap();
+            let first = |shape: &Shape| match shape {
+                Shape::Line(points, _) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
+                _ => None,
+            };
+            sheet.panels[panel].layers.iter().filter_map(|layer| first(&layer.shape)).collect()
+        };
+        assert_eq!((levels("", 0), levels("", 1)), (vec![100.0, 200.0, 412.0], vec![101.0, 210.0, 420.0]));
+        assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
+        let refused = figure("from_blocks = 3").part(&run).unwrap_err();
+        assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_junctions {
+    use super::{Figure, JunctionForces};
+    use asperity_numbers::run_data::RunData;
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
+
+    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Vec<super::Panel>, String> {
+        Ok(figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?.panels)
+    }
+
+    #[test]
+    fn each_instant_has_a_line_with_gaps_where_no_junction_is_pinned() {
+        let mut run = made_up::run(LAW, &EVENTS);
+        let state = |step: u64, slipping: u32| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            junctions_slipping: vec![0, slipping, 3],
+            pinned_mean_ratio: vec![0.1, 0.2, 0.3],
+            pinned_width_ratio: vec![0.05, 0.06, step as f64],
+            ..FieldRecord::default()
+        };
+        let states = [state(0, 0), state(510, 100), state(700, 7)];
+        let figure: JunctionForces =
+            toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0, 1.0, 2.0]\nafter_slips = true").unwrap();
+        run.kept = figure.required_data();
+        made_up::with_states(&mut run, &states);
+        // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
+        let panels = panels(&figure, &run).unwrap();
+        let [upper, lower] = &panels[..] else { panic!("two panels") };
+        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
+        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
+        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
+        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
+    }
+
+    #[test]
+    fn runs_without_junctions_or_states_of_them_are_refused() {
+        let figure: JunctionForces = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
+        for (toml, why) in [
+            ("", "run test has no junctions (accepted: friction.law = \"junctions\")"),
+            (LAW, "run test has no states with junctions at these instants"),
+        ] {
+            assert_eq!(panels(&figure, &made_up::run(toml, &EVENTS)).unwrap_err(), why);
+        }
+        let mut one = made_up::run(LAW, &[]);
+        one.run.plan.blocks = 1;
+        assert!(panels(&figure, &one).unwrap_err().starts_with("run test has one block"));
     }
 }

@@ -3,8 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_model::NodeState;
-use asperity_numbers::run_data::{RunData, RunEvents, load_at};
+use asperity_numbers::run_data::RunEvents;
 use asperity_record::{Contacts, magnitude};
 
 use super::colours::Colours;
@@ -164,62 +163,27 @@ impl Area {
         let (length, rows) = (self.length_mm(), f64::from(self.contacts.rows()));
         let x = Scale::between("x (mm)", -half - MARGIN * length, length + half);
         let y = Scale::between("y (mm)", -half, (rows - 0.5) * self.spacing_mm);
-        maps(
-            panels,
-            self.drive.as_slice(),
-            [x, y],
-            self.contacts.columns() as usize,
-            self.spacing_mm,
-            colours,
-        )
+        maps(panels, self.drive.as_slice(), [x, y], self.contacts.columns() as usize, colours)
     }
 }
 
-/// Maps of the same axes, drawn to scale, with one colour bar and common layers. Cells are squares with sides of this
-/// length, row by row from the lower end of the axes; no square is of what is no number.
-pub(super) fn maps(
-    panels: Vec<Map>,
-    common: &[Layer],
-    [x, y]: [Scale; 2],
-    columns: usize,
-    side: f64,
-    colours: Colours,
-) -> Sheet {
+/// Maps of the same axes, drawn to scale, with one colour bar and layers on all of them. Cells are squares in so many
+/// columns, row by row from the lower end of the axes; no square is of what is no number.
+pub(super) fn maps(all: Vec<Map>, also: &[Layer], [x, y]: [Scale; 2], columns: usize, bar: Colours) -> Sheet {
     let [across, upwards] = [&x, &y].map(|axis| axis.ends().1 - axis.ends().0);
-    let corner = y.ends().0;
     let panel = |(title, values, layers): Map| {
+        let side = upwards / (values.len() / columns) as f64;
         let cell = |(n, value): (usize, &f64)| {
-            let [near, far] = [0, 1].map(|far| {
-                let at = |cells: usize| corner + (cells + far) as f64 * side;
-                (at(n % columns), at(n / columns))
-            });
-            ([near, far], colours.nearest(*value))
+            let at = |cells: usize| y.ends().0 + cells as f64 * side;
+            let corner = |far: usize| (at(n % columns + far), at(n / columns + far));
+            ([corner(0), corner(1)], bar.nearest(*value))
         };
         let cells = values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell);
         let layers = std::iter::once(Layer::cells(cells.collect())).chain(layers);
-        let layers = layers.chain(common.iter().cloned()).collect();
-        Panel::new(x.clone(), y.clone(), layers).titled(title)
+        Panel::new(x.clone(), y.clone(), layers.chain(also.iter().cloned()).collect()).titled(title)
     };
-    let panels = panels.into_iter().map(panel).collect();
-    Sheet { layout: Layout::Close(upwards / across), bar: Some(colours), ..Sheet::of(panels) }
-}
-
-/// The states of all nodes at chosen times, each with its time and its load.
-pub(super) fn nodes_at<'a>(run: &'a RunData, at_s: &[f64]) -> Result<Vec<(String, &'a NodeState)>, String> {
-    if at_s.is_empty() {
-        return Err("at_s: no time is given (accepted: one or more)".to_owned());
-    }
-    let of = |at_s: &f64| {
-        let state = run.nodes_at(*at_s)?.ok_or_else(|| {
-            format!("run {} has no nodes at {at_s} s: `draw`, `reproduce` and Python compute them", run.name)
-        })?;
-        // No record is before the first step, and nothing pulls there.
-        let load = load_at(run.loads()?, state.step).filter(|_| state.step > 0);
-        let load = load.map_or("at rest".to_owned(), |load| format!("F_T/F_N = {:.4}", load.load_ratio()));
-        let at = if state.step == 0 { "0".to_owned() } else { format!("{:.5}", state.time_s) };
-        Ok((format!("t = {at} s, {load}"), state))
-    };
-    at_s.iter().map(of).collect()
+    let panels = all.into_iter().map(panel).collect();
+    Sheet { layout: Layout::Close(upwards / across), bar: Some(bar), ..Sheet::of(panels) }
 }
 
 /// Sizes of vectors.

@@ -151,21 +151,17 @@ impl Figure for Outlines {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         let arrivals = run.arrivals()?;
-        let precursors = sorted(run)?
-            .into_iter()
-            .filter(|(rupture, sort)| *sort == Sort::Precursor && rupture.slipped() >= self.from_contacts);
-        let extents: Vec<(f64, Extent)> = precursors
-            .map(|(rupture, _)| {
+        let mut extents: Vec<(f64, Extent)> = Vec::new();
+        for (rupture, sort) in sorted(run)? {
+            if sort == Sort::Precursor && rupture.slipped() >= self.from_contacts {
                 let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
-                (rupture.ft_fn_onset, Extent::with(area.contacts, of.map(|arrival| arrival.block)))
-            })
-            .filter(|(_, extent)| extent.count() > 0)
-            .collect();
+                let extent = Extent::with(area.contacts, of.map(|arrival| arrival.block));
+                extents.extend((extent.count() > 0).then_some((rupture.ft_fn_onset, extent)));
+            }
+        }
         if extents.is_empty() {
-            return Err(format!(
-                "run {} has no precursor of {} contacts or more with arrivals",
-                run.name, self.from_contacts
-            ));
+            let (run, least) = (&run.name, self.from_contacts);
+            return Err(format!("run {run} has no precursor of {least} contacts or more with arrivals"));
         }
         let loads: Vec<f64> = extents.iter().map(|(load, _)| *load).collect();
         // A contact has the colour of the first precursor that it slid in.

@@ -7,7 +7,11 @@
 //!   leaves behind is then what the next one finds, but for the load that the drive has added meanwhile.
 //! - `junction-forces`: the mean and the width of forces of pinned junctions on each contact, over the load that a
 //!   junction bears. Where none is pinned, nothing is shown.
+//! - `onset`: `tau_n` when the first precursor starts, with (5.45) and the exact decay of the discrete chain (Figures
+//!   5.19, 5.20).
 
+use asperity_model::analytic;
+use asperity_numbers::AFFECTED_THRESHOLD;
 use asperity_numbers::curve_list::along;
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::fronts::FROM_BLOCKS;
@@ -17,9 +21,11 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
 use super::colours::{Colours, On};
-use super::kind::{Figure, coefficient_lines, keys, levels, of_one_run, place_name};
+use super::kind::{
+    Figure, Labelled, Parts, coefficient_lines, keys, levels, of_one_run, of_runs_in, place_name, with_parts,
+};
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, INK, Layer, Panel, Pen, Sheet};
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Pen, RED, Sheet};
 
 keys! {
     Stress: run;
@@ -147,11 +153,10 @@ impl Figure for StressSequence {
             }
         }
         if loads.is_empty() {
-            return Err(format!(
-                "run {} has no precursor of {} blocks or more with states at its onset and its end \
-                 (recording.event_fields = true has them recorded)",
-                run.name, self.from_blocks
-            ));
+            let precursor = format!("precursor of {} blocks or more", self.from_blocks);
+            let recorded =
+                "states at its onset and its end (recording.event_fields = true has them recorded)";
+            return Err(format!("run {} has no {precursor} with {recorded}", run.name));
         }
         let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
         let colours = Colours::of(scale, On::Lines);
@@ -203,11 +208,29 @@ impl Figure for JunctionForces {
             format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
         })?;
         let to_mm = length_mm(run)?;
+        let recorded = run.states()?;
+        let mut states: Vec<&FieldRecord> =
+            self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)).collect();
+        if self.after_slips {
+            let precursors = one_by_one(run);
+            for least in [FROM_BLOCKS, run.header.blocks] {
+                let first = precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
+                let end_step = first.and_then(|first| first.end.end_step);
+                states.extend(end_step.and_then(|step| recorded.at_precursor_end(step)));
+            }
+        }
+        // Each once, in time.
+        states.retain(|state| !state.junctions_slipping.is_empty());
+        states.sort_by_key(|state| state.step);
+        states.dedup_by_key(|state| state.step);
+        if states.is_empty() {
+            return Err(format!("run {} has no states with junctions at these instants", run.name));
+        }
         let mut means = coefficient_lines(run, to_mm);
         means.iter_mut().for_each(|line| line.colour = GREY);
         let at_start = vec![(0.0, law.width), (to_mm, law.width)];
         let mut widths = vec![Layer::line("w at the start", at_start, Dash::Dashed, GREY)];
-        for (index, state) in self.states(run)?.into_iter().enumerate() {
+        for (index, state) in states.into_iter().enumerate() {
             let along = |values: &[f64]| {
                 let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
                 let places = (0..).map(|n| f64::from(n) * run.plan.spacing_m * 1e3);
@@ -227,26 +250,76 @@ impl Figure for JunctionForces {
     }
 }
 
-impl JunctionForces {
-    /// The states to show, each once, in time.
-    fn states<'a>(&self, run: &'a RunData) -> Result<Vec<&'a FieldRecord>, String> {
-        let recorded = run.states()?;
-        let mut states: Vec<&FieldRecord> =
-            self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)).collect();
-        if self.after_slips {
-            let precursors = one_by_one(run);
-            let long = precursors.iter().find(|precursor| precursor.blocks_slipped >= FROM_BLOCKS);
-            let global = precursors.iter().find(|precursor| precursor.blocks_slipped == run.header.blocks);
-            let ends = [long, global].into_iter().flatten().filter_map(|precursor| precursor.end.end_step);
-            states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
+keys! {
+    Onset;
+
+    /// How many blocks to show from the driven end.
+    blocks: u32,
+    /// Whether to show the decay on a logarithmic axis.
+    logarithmic: bool,
+    /// The runs, one in each panel, each with its title.
+    panel: Vec<Labelled>,
+}
+
+/// The least force that is visible on a linear axis, over that on block 1.
+const SEEN: f64 = 0.005;
+
+/// How many blocks are shown on it, over those that bear such a force.
+const ZEROS: f64 = 1.6;
+
+/// Where the logarithmic axis ends, over the force on block 1.
+const FLOOR: f64 = 1e-4;
+
+impl Figure for Onset {
+    of_runs_in!(panel, Panel);
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::STATES
+    }
+
+    /// All but its title.
+    fn part(&self, run: &RunData) -> Result<Panel, String> {
+        let fields = run.states()?.at_first_onset();
+        let fields = fields.ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
+        let tau = &along(run, &fields.tangential_force_n);
+        let (first, log) = (tau[0], self.logarithmic);
+        // Farther on, a linear axis shows nothing but zeros.
+        let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
+        let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
+        let last = f64::from(self.blocks.min(run.columns()));
+        let last = if log { last } else { last.min((seen * ZEROS).ceil()) };
+        let show = |force: f64| if log { force / first } else { force };
+        let line = |label: &str, at: &dyn Fn(f64) -> f64, dash, colour| {
+            let places = (0..=((last - 1.0) / 0.1).round() as usize).map(|i| 1.0 + i as f64 * 0.1);
+            Layer::line(label, places.map(|n| (n, show(at(n)))).collect(), dash, colour)
+        };
+        let mut layers = Vec::new();
+        // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
+        if run.plan.has_decay() {
+            let length_m = run.plan.screening_length_m();
+            let continuous = |n: f64| {
+                analytic::stuck_tangential_force(first, 0.0, (n - 1.0) * run.plan.spacing_m, length_m)
+            };
+            layers.push(line("eq. (5.45)", &continuous, Dash::Dashed, BLUE));
+            let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
+            layers.push(line("discrete chain", &|n| first * decay.powf(n - 1.0), Dash::Solid, RED));
         }
-        states.retain(|state| !state.junctions_slipping.is_empty());
-        states.sort_by_key(|state| state.step);
-        states.dedup_by_key(|state| state.step);
-        if states.is_empty() {
-            return Err(format!("run {} has no states with junctions at these instants", run.name));
-        }
-        Ok(states)
+        let simulated = (1..).zip(tau).take(last as usize).map(|(n, force)| (f64::from(n), show(*force)));
+        layers.push(Layer::marks("simulated", simulated.collect(), Marker::Circle, INK));
+        let y = if log {
+            let level = vec![(0.0, AFFECTED_THRESHOLD), (last + 1.0, AFFECTED_THRESHOLD)];
+            let label = format!("{} %", AFFECTED_THRESHOLD * 100.0);
+            layers.push(Layer::line(label, level, Dash::Dotted, GREY));
+            Scale::powers_between("τ_n/τ_1", FLOOR, 2.0)
+        } else {
+            Scale::between("τ_n (N)", -0.05 * first, 1.1 * first)
+        };
+        Ok(Panel::new(Scale::between(place_name(run), 0.0, last + 1.0), y, layers))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let panels = with_parts(&self.panel, &parts)?.into_iter();
+        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
     }
 }
 
@@ -373,5 +446,31 @@ mod tests_of_junctions {
         let mut one = made_up::run(LAW, &[]);
         one.run.plan.blocks = 1;
         assert!(panels(&figure, &one).unwrap_err().starts_with("run test has one block"));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_onsets {
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up;
+
+    use super::{Figure, Onset};
+
+    /// The labels of what is drawn of a run with these keys.
+    fn labels(toml: &str) -> Vec<String> {
+        let mut run = made_up::run(toml, &[(100, 101, &[1])]);
+        let state =
+            FieldRecord { step: 100, tangential_force_n: vec![100.0, 38.0, 14.0], ..FieldRecord::default() };
+        made_up::with_states(&mut run, &[state]);
+        let figure: Onset =
+            toml::from_str("file = 'f.png'\nblocks = 3\nlogarithmic = false\npanel = []").unwrap();
+        figure.part(&run).unwrap().layers.into_iter().map(|layer| layer.label).collect()
+    }
+
+    #[test]
+    fn theory_is_drawn_of_even_springs_alone() {
+        assert_eq!(labels(""), ["eq. (5.45)", "discrete chain", "simulated"]);
+        assert_eq!(labels("disorder.stiffness_offsets = [0, 0.5, 0]"), ["simulated"]);
+        assert_eq!(labels("friction.law = \"rigid\""), ["simulated"]);
     }
 }

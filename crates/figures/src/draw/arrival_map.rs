@@ -83,15 +83,12 @@ const DISC: f64 = 10.0;
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
+/// The number of each contact, what lies upon these, and their colours.
+type Shows = (Vec<f64>, Vec<Layer>, Colours);
+
 impl ArrivalMap {
     /// The time of each contact, isochrones, and the colours of times.
-    fn arrivals(
-        &self,
-        area: &Area,
-        rupture: &Rupture,
-        arrivals: &[&Arrival],
-        step_s: f64,
-    ) -> (Vec<f64>, Vec<Layer>, Colours) {
+    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Shows {
         let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
         let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
         let to_s = self.to_s.unwrap_or(last_s);

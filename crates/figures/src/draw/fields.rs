@@ -54,17 +54,14 @@ impl Quantity {
     /// The quantity of each contact as a vector; what has no direction is along x. NaN where there is none.
     fn of(self, run: &RunData, state: &NodeState) -> Vec<[f64; 2]> {
         let (nodes, contacts) = (state.lattice.nodes(), state.lattice.contacts());
+        let rest_m = &run.plan.initial.displacement_m;
         let both = |values: &[f64], of_axis: usize, n: usize| [values[n], values[of_axis + n]];
         let mean_n = state.normal_load_n.iter().sum::<f64>() / contacts as f64;
         let of = |n: usize| match self {
             Quantity::Stress if state.normal_load_n[n] > 0.0 => {
                 both(&state.tangential_force_n, contacts, n).map(|tau_n| tau_n / state.normal_load_n[n])
             }
-            Quantity::Slip => {
-                let [now, rest] =
-                    [&state.displacement_m, &run.plan.initial.displacement_m].map(|u| both(u, nodes, n));
-                [(now[0] - rest[0]) * 1e6, (now[1] - rest[1]) * 1e6]
-            }
+            Quantity::Slip => [n, nodes + n].map(|at| (state.displacement_m[at] - rest_m[at]) * 1e6),
             Quantity::Velocity => both(&state.velocity_m_per_s, nodes, n),
             Quantity::NormalLoad if mean_n > 0.0 => [state.normal_load_n[n] / mean_n, 0.0],
             Quantity::Stress | Quantity::NormalLoad => [f64::NAN; 2],
@@ -76,14 +73,9 @@ impl Quantity {
     ///
     /// # Errors
     /// In words, if there is no state, or the quantity has no direction for arrows.
-    fn sheet(
-        self,
-        run: &RunData,
-        states: &[(String, &NodeState)],
-        has_arrows: bool,
-    ) -> Result<Sheet, String> {
+    fn sheet(self, run: &RunData, states: &[(String, &NodeState)], arrows: bool) -> Result<Sheet, String> {
         let area = Area::of(run)?;
-        if has_arrows && self == Quantity::NormalLoad {
+        if arrows && self == Quantity::NormalLoad {
             let problem = "arrows: true is not accepted with shows = \"normal-load\", which has no direction";
             return Err(format!("{problem} (accepted: false)"));
         }
@@ -91,19 +83,15 @@ impl Quantity {
         let values: Vec<Vec<f64>> = all.iter().map(|vectors| sizes(vectors)).collect();
         // What is no number is passed over.
         let largest = values.iter().flatten().copied().fold(0.0, f64::max);
-        let smallest = match self {
-            // Loads differ little from their mean.
-            Quantity::NormalLoad => values.iter().flatten().copied().fold(largest, f64::min),
-            _ => 0.0,
-        };
+        // Loads differ little from their mean.
+        let least = if self == Quantity::NormalLoad { largest } else { 0.0 };
+        let smallest = values.iter().flatten().copied().fold(least, f64::min);
+        let longest = if arrows { largest } else { 0.0 };
         let panels = states.iter().zip(&all).zip(values).map(|(((title, state), vectors), values)| {
             let sliding = area.outlines(&|contact| state.slides[contact as usize - 1] != 0.0);
             let sliding = (!sliding.is_empty()).then(|| Layer::contours("sliding", sliding));
-            let mut layers = Vec::from_iter(sliding);
-            if has_arrows {
-                layers.extend(area.arrows(vectors, largest, states.len(), ""));
-            }
-            (title.clone(), values, layers)
+            let arrows = area.arrows(vectors, longest, states.len(), "");
+            (title.clone(), values, sliding.into_iter().chain(arrows).collect())
         });
         let label = match self {
             Quantity::Stress => "|τ_n|/p_n",
@@ -239,9 +227,8 @@ impl Figure for SlabField {
             return Err(format!("left_out: {out} is not accepted (accepted: 0 to less than 0.5)"));
         }
         if !plan.elastic.has_inside() {
-            let (run, body) = (&run.name, plan.elastic.name());
-            let accepted = "(accepted: a run of a slab or a body)";
-            return Err(format!("run {run} is of a {body}, which has no inside {accepted}"));
+            let (of, accepted) = (plan.elastic.name(), "(accepted: a run of a slab or a body)");
+            return Err(format!("run {} is of a {of}, which has no inside {accepted}", run.name));
         }
         let lattice = plan.elastic.as_lattice();
         let slice = self.slice(run, &lattice)?;
@@ -311,14 +298,8 @@ impl SlabField {
         };
         let stress = |first: usize| match self.shows {
             Shown::ShearStress => modulus_mpa * (strain(first, 0, 2) + strain(first, 2, 0)),
-            _ => {
-                -modulus_mpa
-                    * [1.0, 1.0, 3.0]
-                        .iter()
-                        .zip(0..)
-                        .map(|(part, axis)| part * strain(first, axis, axis))
-                        .sum::<f64>()
-            }
+            // Of all three normal strains, and of that upwards twice more.
+            _ => -modulus_mpa * [0, 1, 2, 2, 2].map(|axis| strain(first, axis, axis)).iter().sum::<f64>(),
         };
         let square = |(row, column): (usize, usize)| {
             let lowest = |side: usize| side * next[normal] + row * up + column;

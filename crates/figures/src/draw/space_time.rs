@@ -220,9 +220,8 @@ fn creep_front(run: &RunData, mut came: Vec<(f64, u32)>) -> Vec<(f64, u32)> {
 /// The speed of each contact of a dense record.
 fn speeds(record: &WindowRecord) -> impl Iterator<Item = (u32, f64)> {
     let across = record.velocity_across_m_per_s.iter().chain(std::iter::repeat(&0.0));
-    let speeds =
-        record.velocity_m_per_s.iter().zip(across).map(|(along, across)| magnitude([*along, *across]));
-    (record.first_block..).zip(speeds)
+    let both = (record.first_block..).zip(&record.velocity_m_per_s).zip(across);
+    both.map(|((contact, along), across)| (contact, magnitude([*along, *across])))
 }
 
 /// Velocities of the dense records in view, over an area the largest of each column, and their colours; those below a
@@ -238,8 +237,7 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>)
     if fastest <= 0.0 {
         return Ok((Vec::new(), None));
     }
-    let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
-    let colours = Colours::of(scale, On::Surfaces);
+    let colours = Colours::of(Scale::powers_between("|v_n| (m/s)", 1e-3 * fastest, fastest), On::Surfaces);
     let mut items = Vec::new();
     for records in windows.values() {
         let stride = records.len().div_ceil(INSTANTS);

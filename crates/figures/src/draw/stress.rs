@@ -42,13 +42,17 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let to_mm = length_mm(run)?;
+        let (to_mm, friction) = (length_mm(run)?, &run.plan.friction);
         let state = |at_s: &f64| {
-            let fields = run.states()?.near(*at_s);
-            let fields =
-                fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
+            let lacks = || format!("run {} has no fields to show at {at_s} s", run.name);
+            let fields = run.states()?.near(*at_s).ok_or_else(lacks)?;
             let (load, borne_n) = loads(run, fields)?;
-            let thresholds_n = thresholds_n(run, &borne_n);
+            // Blocks that never slide have no static one; of rate-and-state friction both are `f_0 p_n`.
+            let mut thresholds_n = [&friction.static_coefficients, &friction.dynamic_coefficients]
+                .map(|mu| mu.iter().zip(&borne_n).map(|(mu, p_n)| mu * p_n).collect::<Vec<f64>>());
+            for block in &run.scenario.friction.stuck_blocks {
+                thresholds_n[0][*block as usize - 1] = f64::NAN;
+            }
             // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
             // sides.
             let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
@@ -72,13 +76,9 @@ impl Figure for Stress {
             }
             layers.push(Layer::line("τ_n", by_mm(run, &fields.tangential_force_n), Dash::Solid, INK));
             let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(force), layers);
-            panel.titled(format!(
-                "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
-                fields.time_s,
-                load.normal_load_n,
-                pull_ratio(load),
-                if load.end_forces_n.is_some() { ", both ends added" } else { "" }
-            ))
+            let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
+            let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
+            panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
         });
         Ok(Sheet::of(panels.collect()))
     }
@@ -90,18 +90,6 @@ fn length_mm(run: &RunData) -> Result<f64, String> {
         return Err(format!("run {} has one block, and forces along a slider need several", run.name));
     }
     Ok(run.plan.length_m * 1e3)
-}
-
-/// `mu_s p_n` in a state, which is NaN on blocks that never slide, and `mu_d p_n`; of rate-and-state friction `f_0 p_n`
-/// twice.
-fn thresholds_n(run: &RunData, borne_n: &[f64]) -> [Vec<f64>; 2] {
-    let friction = &run.plan.friction;
-    let mut thresholds_n = [&friction.static_coefficients, &friction.dynamic_coefficients]
-        .map(|mu| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect::<Vec<f64>>());
-    for block in &run.scenario.friction.stuck_blocks {
-        thresholds_n[0][*block as usize - 1] = f64::NAN;
-    }
-    thresholds_n
 }
 
 /// The load in a state, and what each contact bears of it.
@@ -154,21 +142,18 @@ impl Figure for StressSequence {
         }
         if loads.is_empty() {
             let precursor = format!("precursor of {} blocks or more", self.from_blocks);
-            let recorded =
-                "states at its onset and its end (recording.event_fields = true has them recorded)";
-            return Err(format!("run {} has no {precursor} with {recorded}", run.name));
+            let with = "states at its onset and its end (recording.event_fields = true has them recorded)";
+            return Err(format!("run {} has no {precursor} with {with}", run.name));
         }
         let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
         let colours = Colours::of(scale, On::Lines);
         let end = f64::from(run.columns()) + 0.5;
         let panels = [("before each precursor", before), ("after each precursor", after)];
         let panels = panels.map(|(title, profiles)| {
-            let profiles = profiles.into_iter().zip(&loads);
-            let profiles =
-                profiles.map(|(points, load)| Layer::line("", points, Dash::Solid, colours.nearest(*load)));
-            let layers = profiles.chain(coefficient_lines(run, end)).collect();
-            Panel::new(Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"), layers)
-                .titled(title)
+            let line = |(points, load): (_, &_)| Layer::line("", points, Dash::Solid, colours.nearest(*load));
+            let profiles = profiles.into_iter().zip(&loads).map(line);
+            let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
+            Panel::new(x, y, profiles.chain(coefficient_lines(run, end)).collect()).titled(title)
         });
         Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
     }

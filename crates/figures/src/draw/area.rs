@@ -71,13 +71,12 @@ impl Area {
         };
         let mut edges = Vec::new();
         for (column, row) in (0..=columns).flat_map(|column| (0..=rows).map(move |row| (column, row))) {
-            // The corner above and at the right of a contact, and the edges from there back.
-            let corner = (column, row);
+            // From the corner above and at the right of a contact back.
             if inside(column, row) != inside(column + 1, row) {
-                edges.push([(column, row - 1), corner]);
+                edges.push([(column, row - 1), (column, row)]);
             }
             if inside(column, row) != inside(column, row + 1) {
-                edges.push([(column - 1, row), corner]);
+                edges.push([(column - 1, row), (column, row)]);
             }
         }
         let at = |corner: u32| (f64::from(corner) - 0.5) * self.spacing_mm;

@@ -99,13 +99,9 @@ impl ArrivalMap {
         // Half a step aside, so that no contact is on a line.
         let aside = clock.place(step_s / 2.0);
         let contours: Vec<_> = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside)).collect();
-        let label = match &levels[..] {
-            [a, b, ..] if !contours.is_empty() => {
-                format!("isochrones, every {} {}", number(b.at - a.at), clock.unit)
-            }
-            _ => String::new(),
-        };
-        (came, vec![Layer::contours(label, contours)], colours)
+        let every = levels.get(1).filter(|_| !contours.is_empty()).map(|tick| number(tick.at - levels[0].at));
+        let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
+        (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
     }
 }
 

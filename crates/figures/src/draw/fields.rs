@@ -194,10 +194,6 @@ keys! {
     row: Option<u32>,
 }
 
-/// The nodes that are shown: the axis that they lie across, 1 or 2, and their place on it, from 0. All of a slab are a
-/// slice across its only row.
-type Slice = (usize, usize);
-
 fn a_hundredth() -> f64 {
     0.01
 }
@@ -244,23 +240,24 @@ impl Figure for SlabField {
         };
         let colours = Colours::between(label, &[rank(out), rank(1.0 - out)]);
         let spacing_mm = plan.spacing_m * 1e3;
-        let at_mm = |place: usize| number(place as f64 * spacing_mm);
-        let (axis, rows, plane) = match slice {
-            _ if lattice.lanes == 1 => ("z (mm)", lattice.rows, None),
-            (1, lane) => ("z (mm)", lattice.rows, Some(format!("at y = {} mm", at_mm(lane)))),
-            (_, row) => ("y (mm)", lattice.lanes, Some(format!("at z = {} mm", at_mm(row)))),
+        let (across, upwards, rows) = match slice.0 {
+            1 => ("y", "z (mm)", lattice.rows),
+            _ => ("z", "y (mm)", lattice.lanes),
         };
+        let at_mm = number(slice.1 as f64 * spacing_mm);
+        let plane = (lattice.lanes > 1).then(|| format!("at {across} = {at_mm} mm"));
         let ends = (out > 0.0).then(|| format!("ends: {} % beyond", 100.0 * out));
         let remarks: Vec<Layer> = plane.into_iter().chain(ends).map(Layer::remark).collect();
         let scale = |label, nodes: usize| Scale::between(label, 0.0, (nodes - 1) as f64 * spacing_mm);
-        let axes = [scale("x (mm)", lattice.columns), scale(axis, rows)];
+        let axes = [scale("x (mm)", lattice.columns), scale(upwards, rows)];
         Ok(maps(panels, &remarks, axes, lattice.columns - 1, colours))
     }
 }
 
 impl SlabField {
-    /// The nodes to show: all of a slab, or a slice of a body.
-    fn slice(&self, run: &RunData, lattice: &Lattice) -> Result<Slice, String> {
+    /// The nodes to show, a slice of a body, or all of a slab, which is a slice across its only row: the axis that they
+    /// lie across, 1 or 2, and their place on it, from 0.
+    fn slice(&self, run: &RunData, lattice: &Lattice) -> Result<(usize, usize), String> {
         let (key, axis, place, count) = match (self.across, self.row) {
             (Some(_), Some(_)) => return Err("across and row: a slice has one of them".to_owned()),
             (None, None) => return Ok((1, (lattice.lanes - 1) / 2)),
@@ -277,7 +274,7 @@ impl SlabField {
     }
 
     /// A number for each square of four nodes of a slice, row by row from the bottom or the first row across.
-    fn values(&self, run: &RunData, nodes: &NodeState, (normal, place): Slice) -> Vec<f64> {
+    fn values(&self, run: &RunData, nodes: &NodeState, (normal, place): (usize, usize)) -> Vec<f64> {
         let lattice = run.plan.elastic.as_lattice();
         let (u, rest, count) = (&nodes.displacement_m, &run.plan.initial.displacement_m, lattice.nodes());
         // From a node to the next one along x, across and upwards; across a slab there is none, and no strain.

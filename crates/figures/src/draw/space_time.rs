@@ -45,9 +45,8 @@ impl Figure for SpaceTime {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
-        let sheet = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
         let title = zoom.map_or_else(String::new, |rupture| format!("rupture {}", rupture.rupture));
-        Ok(sheet.titled(title))
+        Ok(map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?.titled(title))
     }
 }
 
@@ -109,14 +108,13 @@ impl View {
     fn tiles(&self, blocks: impl Iterator<Item = (u32, (f64, f64, RGBColor))>) -> Vec<Tile> {
         let seen = |block: &u32| (self.from_block..=self.to_block).contains(block);
         let blocks: Vec<_> = blocks.filter(|(block, _)| seen(block)).collect();
-        let alike = blocks.chunk_by(|a, b| b.0 == a.0 + 1 && a.1 == b.1);
         let tile = |alike: &[(u32, (f64, f64, RGBColor))]| {
             let (first, (from_s, to_s, colour)) = alike[0];
             let corner = |time_s: f64, block| (self.clock.place(time_s.clamp(self.from_s, self.to_s)), block);
             let last = f64::from(alike[alike.len() - 1].0);
             ([corner(from_s, f64::from(first) - 0.5), corner(to_s, last + 0.5)], colour)
         };
-        alike.map(tile).collect()
+        blocks.chunk_by(|a, b| b.0 == a.0 + 1 && a.1 == b.1).map(tile).collect()
     }
 
     /// A line through blocks at times, if some of it is in view; where it leaves the panel it is cut off.
@@ -169,11 +167,9 @@ pub(super) fn map(
         }
     }
     // About a rupture only what was before it, since from then on its own arrivals tell.
+    let before = |rupture: &Rupture| rupture.farthest_block_before.map(|n| vec![(*from_s, n), (*to_s, n)]);
     let (creep, label) = match zoom {
-        Some(Rupture { farthest_block_before: block, .. }) => {
-            let ends = block.map(|block| [(*from_s, block), (*to_s, block)]);
-            (ends.into_iter().flatten().collect(), "farthest before")
-        }
+        Some(rupture) => (before(rupture).unwrap_or_default(), "farthest before"),
         None => (creep_front(run, came), "farthest so far"),
     };
     let mut layers: Vec<Layer> = patched

@@ -61,8 +61,7 @@ impl Figure for Stress {
         let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
         // The legend says so once.
         let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
-        let force =
-            if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
         let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
             let mut layers = Vec::new();
             // A single level is that of both.
@@ -75,7 +74,7 @@ impl Figure for Stress {
                 layers.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
             }
             layers.push(Layer::line("τ_n", by_mm(run, &fields.tangential_force_n), Dash::Solid, INK));
-            let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(force), layers);
+            let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(y), layers);
             let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
             let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
             panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
@@ -178,9 +177,6 @@ keys! {
     after_slips: bool,
 }
 
-/// Looks of instants, by the number of the pen: lines across, for the coefficients, are grey.
-const PENS: [usize; 4] = [0, 1, 2, 4];
-
 impl Figure for JunctionForces {
     of_one_run!();
 
@@ -194,15 +190,13 @@ impl Figure for JunctionForces {
         })?;
         let to_mm = length_mm(run)?;
         let recorded = run.states()?;
-        let mut states: Vec<&FieldRecord> =
-            self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)).collect();
+        let mut states = Vec::from_iter(self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)));
         if self.after_slips {
             let precursors = one_by_one(run);
-            for least in [FROM_BLOCKS, run.header.blocks] {
-                let first = precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
-                let end_step = first.and_then(|first| first.end.end_step);
-                states.extend(end_step.and_then(|step| recorded.at_precursor_end(step)));
-            }
+            let first = |least: u32| precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
+            let least = [FROM_BLOCKS, run.header.blocks].into_iter();
+            let ends = least.filter_map(|least| first(least)?.end.end_step);
+            states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
         }
         // Each once, in time.
         states.retain(|state| !state.junctions_slipping.is_empty());
@@ -223,7 +217,8 @@ impl Figure for JunctionForces {
                 places.zip(shown).collect()
             };
             let label = format!("t = {:.4} s", state.time_s);
-            let pen = Pen::nth(PENS[index % PENS.len()], &label);
+            // Lines across, for the coefficients, are grey as the pen 3 is.
+            let pen = Pen::nth([0, 1, 2, 4][index % 4], &label);
             means.push(pen.line(along(&state.pinned_mean_ratio)));
             widths.push(pen.unlabelled().line(along(&state.pinned_width_ratio)));
         }
@@ -281,10 +276,8 @@ impl Figure for Onset {
         let mut layers = Vec::new();
         // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
         if run.plan.has_decay() {
-            let length_m = run.plan.screening_length_m();
-            let continuous = |n: f64| {
-                analytic::stuck_tangential_force(first, 0.0, (n - 1.0) * run.plan.spacing_m, length_m)
-            };
+            let (at_m, length_m) = (|n: f64| (n - 1.0) * run.plan.spacing_m, run.plan.screening_length_m());
+            let continuous = |n: f64| analytic::stuck_tangential_force(first, 0.0, at_m(n), length_m);
             layers.push(line("eq. (5.45)", &continuous, Dash::Dashed, BLUE));
             let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
             layers.push(line("discrete chain", &|n| first * decay.powf(n - 1.0), Dash::Solid, RED));

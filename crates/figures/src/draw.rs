@@ -5,7 +5,6 @@
 //! and a line in `kinds!`.
 
 mod area;
-mod area_field;
 mod arrest;
 mod arrival_map;
 mod axis;
@@ -14,7 +13,7 @@ mod colours;
 mod curve;
 mod dispersion;
 mod error;
-mod film_strip;
+mod fields;
 mod friction;
 mod front_profile;
 mod front_speed;
@@ -22,7 +21,6 @@ mod front_speeds;
 mod front_stress;
 mod front_transient;
 mod ink;
-mod junction_forces;
 mod kind;
 mod legend;
 mod lengths;
@@ -35,8 +33,6 @@ mod moment_rates;
 mod moments;
 pub mod of_one_run;
 pub mod of_study;
-mod onset;
-mod outlines;
 mod overview;
 mod print;
 mod recurrence;
@@ -44,12 +40,10 @@ mod rupture_selector;
 mod scale;
 mod sheet;
 mod sizes;
-mod slab_field;
 mod space_time;
 mod spread;
 mod stability_boundary;
 mod stress;
-mod stress_sequence;
 mod study;
 mod text;
 
@@ -128,11 +122,11 @@ kinds! {
     "lengths" lengths: Lengths,
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
     /// uniform distribution with their deviation, both over `p_n / N_s`.
-    "junction-forces" junction_forces: junction_forces::JunctionForces,
+    "junction-forces" junction_forces: stress::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
-    "onset" onset: onset::Onset,
+    "onset" onset: stress::Onset,
     /// First global slip against the time step.
     "spread" spread: spread::Spread,
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants; of rate-and-state friction
@@ -175,22 +169,22 @@ kinds! {
     "dispersion" dispersion: dispersion::Dispersion,
     /// Stress or displacement all over a slab, or over a slice of a body, at chosen times; its nodes are computed
     /// by repeating the run's steps.
-    "slab-field" slab_field: slab_field::SlabField,
+    "slab-field" slab_field: fields::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
-    "stress-sequence" stress_sequence: stress_sequence::StressSequence,
+    "stress-sequence" stress_sequence: stress::StressSequence,
     /// One rupture over the area of contact, of a sheet or a body: when its front came to each contact, with
     /// isochrones, or how far each slid.
     "arrival-map" arrival_map: arrival_map::ArrivalMap,
     /// Stress, slip, velocity or normal load over the area of contact at chosen times, with the vector as
     /// arrows and outlines of the contacts that slide; states between records are computed by repeating the
     /// run's steps.
-    "area-field" area_field: area_field::AreaField,
+    "area-field" area_field: fields::AreaField,
     /// One rupture over the area of contact in panels at even times, with outlines of the contacts that slide;
     /// its states are computed by repeating the run's steps.
-    "film-strip" film_strip: film_strip::FilmStrip,
+    "film-strip" film_strip: fields::FilmStrip,
     /// Extents of the precursors over the area of contact, outlined; each contact has the colour of the load
     /// at which the first precursor that reached it began.
-    "outlines" outlines: outlines::Outlines,
+    "outlines" outlines: arrival_map::Outlines,
     /// The load curve with its ruptures: precursors and global slips are numbered as in the table of
     /// ruptures.
     "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,

@@ -1,29 +1,29 @@
 //! Maps over an area of contact, drawn to scale: a cell for each contact, with outlines of sets of contacts,
 //! contour lines, arrows, and the driven edge.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-pub(super) use asperity_numbers::curve_list::along;
 use asperity_numbers::run_data::RunEvents;
 use asperity_record::{Contacts, magnitude};
-use plotters::prelude::RGBColor;
 
 use super::colours::Colours;
-use super::scale::Scale;
-use super::sheet::{INK, Layer, Layout, Panel, RED, Shape, Sheet, Tile};
+use super::scale::{Scale, number};
+use super::sheet::{INK, Layer, Layout, Panel, Point, RED, Shape, Sheet};
 
 /// Points of the map, mm.
-pub(super) type Points = Vec<(f64, f64)>;
+type Points = Vec<Point>;
 
 /// The contacts of a run over an area.
 #[derive(Debug, Clone)]
 pub(super) struct Area {
     pub(super) contacts: Contacts,
     spacing_mm: f64,
-    /// The first and the last row at the driven edge; none where other contacts are driven as well.
-    driven_rows: Option<[u32; 2]>,
-    is_driven: bool,
+    /// Where it is driven.
+    drive: Option<Layer>,
 }
+
+/// What lies on a map: its title, the number of each cell, and layers upon these.
+pub(super) type Map = (String, Vec<f64>, Vec<Layer>);
 
 /// What is free beside the driven edge, and how thick its mark is, over the length of the slider.
 const MARGIN: f64 = 0.035;
@@ -36,18 +36,15 @@ impl Area {
     /// That of a run; in words, why it has none.
     pub(super) fn of(run: &RunEvents) -> Result<Area, String> {
         if run.of_one_row().is_some() {
-            return Err(format!(
-                "the contacts of run {} lie in a single row (accepted: a run over an area, slider.across of 2 or \
-                 more)",
-                run.name
-            ));
+            let accepted = "(accepted: a run over an area, slider.across of 2 or more)";
+            return Err(format!("the contacts of run {} lie in a single row {accepted}", run.name));
         }
-        Ok(Area {
-            contacts: run.header.contacts(),
-            spacing_mm: run.plan.spacing_m * 1e3,
-            driven_rows: run.plan.driven_rows(),
-            is_driven: !run.plan.drive.springs.is_empty(),
-        })
+        let plan = &run.plan;
+        let mut area =
+            Area { contacts: run.header.contacts(), spacing_mm: plan.spacing_m * 1e3, drive: None };
+        let from_top = || (!plan.drive.springs.is_empty()).then(|| Layer::remark("driven from the top"));
+        area.drive = plan.driven_rows().map(|rows| area.driven_edge(rows)).or_else(from_top);
+        Ok(area)
     }
 
     /// Numbers of all contacts.
@@ -55,20 +52,10 @@ impl Area {
         1..=self.contacts.count()
     }
 
-    /// Where a contact is, or a corner of its cell, given its distance from there in halves of a spacing.
-    fn corner(&self, contact: u32, halves: [f64; 2]) -> (f64, f64) {
-        let at = |place: u32, half: f64| (f64::from(place - 1) + half / 2.0) * self.spacing_mm;
-        (at(self.contacts.column(contact), halves[0]), at(self.contacts.row(contact), halves[1]))
-    }
-
     /// Where a contact is.
     pub(super) fn place(&self, contact: u32) -> (f64, f64) {
-        self.corner(contact, [0.0, 0.0])
-    }
-
-    /// The cell of a contact.
-    pub(super) fn cell(&self, contact: u32, color: RGBColor) -> Tile {
-        ([self.corner(contact, [-1.0, -1.0]), self.corner(contact, [1.0, 1.0])], color)
+        let at = |place: u32| f64::from(place - 1) * self.spacing_mm;
+        (at(self.contacts.column(contact)), at(self.contacts.row(contact)))
     }
 
     fn length_mm(&self) -> f64 {
@@ -84,124 +71,118 @@ impl Area {
         };
         let mut edges = Vec::new();
         for (column, row) in (0..=columns).flat_map(|column| (0..=rows).map(move |row| (column, row))) {
-            // The corner above and at the right of a contact, and the edges from there back.
-            let corner = (column, row);
-            if row > 0 && inside(column, row) != inside(column + 1, row) {
-                edges.push([(column, row - 1), corner]);
+            // From the corner above and at the right of a contact back.
+            if inside(column, row) != inside(column + 1, row) {
+                edges.push([(column, row - 1), (column, row)]);
             }
-            if column > 0 && inside(column, row) != inside(column, row + 1) {
-                edges.push([(column - 1, row), corner]);
+            if inside(column, row) != inside(column, row + 1) {
+                edges.push([(column - 1, row), (column, row)]);
             }
         }
         let at = |corner: u32| (f64::from(corner) - 0.5) * self.spacing_mm;
-        let lines = joined(&edges).into_iter();
-        lines.map(|line| line.into_iter().map(|(column, row)| (at(column), at(row))).collect()).collect()
+        joined(&edges, |(column, row)| (at(column), at(row)))
     }
 
     /// Lines along which a quantity has a level, between contacts that all have a value: those of squares of
     /// four contacts, by straight lines between them.
-    pub(super) fn contours(&self, values: &[Option<f64>], level: f64) -> Vec<Points> {
+    pub(super) fn contours(&self, values: &[f64], level: f64) -> Vec<Points> {
         let columns = self.contacts.columns();
         let mut crossings: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
         let mut edges = Vec::new();
         for contact in self.all() {
-            let is_last =
-                self.contacts.column(contact) == columns || contact + columns > self.contacts.count();
-            if is_last {
+            // Around the square; beyond the last row there is nothing.
+            let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
+            let of = corners.map(|corner| values.get(corner as usize - 1).copied().unwrap_or(f64::NAN));
+            if self.contacts.column(contact) == columns || of.iter().any(|value| value.is_nan()) {
                 continue;
             }
-            // Around the square.
-            let corners = [contact, contact + 1, contact + columns + 1, contact + columns];
-            let at = |corner: u32| values[corner as usize - 1];
-            let Some(of) = corners.map(at).into_iter().collect::<Option<Vec<f64>>>() else { continue };
             let mut crossed = Vec::new();
-            for side in 0..4 {
-                let (a, b) = (side, (side + 1) % 4);
-                if (of[a] < level) == (of[b] < level) {
-                    continue;
-                }
+            let sides = [(0, 1), (1, 2), (2, 3), (3, 0)].into_iter();
+            for (a, b) in sides.filter(|(a, b)| (of[*a] < level) != (of[*b] < level)) {
                 let share = (level - of[a]) / (of[b] - of[a]);
                 let ((x0, y0), (x1, y1)) = (self.place(corners[a]), self.place(corners[b]));
                 let key = [corners[a].min(corners[b]), corners[a].max(corners[b])];
                 crossings.insert(key, (x0 + share * (x1 - x0), y0 + share * (y1 - y0)));
                 crossed.push(key);
             }
-            match crossed[..] {
-                [a, b] => edges.push([a, b]),
-                // At a saddle the two lines keep to the corners that are not as the middle is.
-                [a, b, c, d] => {
-                    let middle = of.iter().sum::<f64>() / 4.0;
-                    let is_first = (middle < level) == (of[0] < level);
-                    edges.extend(if is_first { [[a, b], [c, d]] } else { [[d, a], [b, c]] });
-                }
-                _ => {}
+            // At a saddle the two lines keep to the corners that are not as the middle is.
+            if (of.iter().sum::<f64>() / 4.0 < level) != (of[0] < level) {
+                let last = crossed.pop();
+                crossed.splice(..0, last);
             }
+            edges.extend(crossed.chunks_exact(2).map(|ends| [ends[0], ends[1]]));
         }
-        let lines = joined(&edges).into_iter();
-        lines.map(|line| line.into_iter().map(|key| crossings[&key]).collect()).collect()
+        joined(&edges, |key| crossings[&key])
     }
 
     /// Arrows of a vector at contacts that are far enough apart in `panels` panels on a sheet, with the
-    /// size of the longest; none of zero alone.
-    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize) -> Option<Layer> {
+    /// size of the longest in its unit; none of zero alone.
+    pub(super) fn arrows(&self, vectors: &[[f64; 2]], longest: f64, panels: usize, unit: &str) -> Vec<Layer> {
+        if longest <= 0.0 {
+            return Vec::new();
+        }
         // Several panels are in two columns.
         let smaller = if panels > 3 { 2.0 } else { 1.0 };
         let apart = (smaller * BETWEEN_ARROWS * self.length_mm() / self.spacing_mm).round().max(1.0) as u32;
         let longest_mm = 0.9 * f64::from(apart) * self.spacing_mm;
+        let counts = [self.contacts.columns(), self.contacts.rows()];
+        let places = |contact: u32| [self.contacts.column(contact), self.contacts.row(contact)];
+        // From both edges the same, so that what is symmetric looks so.
         let is_drawn = |contact: &u32| {
-            // From both edges the same, so that what is symmetric looks so.
-            let is_on = |place: u32, count: u32| {
-                let from = (count - 1) % apart / 2;
-                (place + apart - 1 - from).is_multiple_of(apart)
-            };
-            is_on(self.contacts.column(*contact), self.contacts.columns())
-                && is_on(self.contacts.row(*contact), self.contacts.rows())
+            let mut both = places(*contact).into_iter().zip(counts);
+            both.all(|(place, count)| (place + apart - 1 - (count - 1) % apart / 2).is_multiple_of(apart))
         };
         let arrow = |contact: u32| {
-            let (x, y) = self.place(contact);
-            let [half_x, half_y] =
-                vectors[contact as usize - 1].map(|part| part / longest * longest_mm / 2.0);
-            // About the contact, but within the map: an arrow that leaves the axes would not be drawn.
-            let within = |at: f64, half: f64, count: u32| {
+            let [x, y] = [0, 1].map(|axis| {
+                let half = vectors[contact as usize - 1][axis] / longest * longest_mm / 2.0;
+                // About the contact, but within the map: an arrow that leaves the axes would not be drawn.
                 let margin = half.abs() - 0.49 * self.spacing_mm;
-                let last = f64::from(count - 1) * self.spacing_mm;
-                if 2.0 * margin < last { at.clamp(margin, last - margin) } else { 0.5 * last }
-            };
-            let x = within(x, half_x, self.contacts.columns());
-            let y = within(y, half_y, self.contacts.rows());
-            [(x - half_x, y - half_y), (x + half_x, y + half_y)]
+                let [at, last] =
+                    [places(contact)[axis], counts[axis]].map(|n| f64::from(n - 1) * self.spacing_mm);
+                let at = if 2.0 * margin < last { at.clamp(margin, last - margin) } else { 0.5 * last };
+                [at - half, at + half]
+            });
+            [(x[0], y[0]), (x[1], y[1])]
         };
-        (longest > 0.0)
-            .then(|| Layer::new("", Shape::Arrows(self.all().filter(is_drawn).map(arrow).collect()), INK))
+        let arrows = Shape::Arrows(self.all().filter(is_drawn).map(arrow).collect());
+        vec![Layer::new("", arrows, INK), Layer::remark(format!("longest arrow: {}{unit}", number(longest)))]
     }
 
-    /// The mark of the driven edge.
-    fn drive(&self) -> Option<Layer> {
-        let [first, last] = self.driven_rows?;
+    /// The mark of the driven edge, from the first to the last row.
+    fn driven_edge(&self, [first, last]: [u32; 2]) -> Layer {
         let (x, thick) = (-0.5 * self.spacing_mm, EDGE * self.length_mm());
         let y = [f64::from(first) - 1.5, f64::from(last) - 0.5].map(|row| row * self.spacing_mm);
         let outline = vec![(x - thick, y[0]), (x, y[0]), (x, y[1]), (x - thick, y[1])];
-        Some(Layer::surface("driven edge", outline, 1.0, RED))
+        Layer::surface("driven edge", outline, 1.0, RED)
     }
 
-    /// Panels over the area, each with its title and its layers, to which the drive is added, with one colour bar.
-    pub(super) fn sheet(&self, panels: Vec<(String, Vec<Layer>)>, bar: Option<Colours>) -> Sheet {
-        let drive = match (self.drive(), self.is_driven) {
-            (None, true) => Some(Layer::remark("driven from the top")),
-            (drive, _) => drive,
-        };
+    /// Maps over the area, to which the drive is added.
+    pub(super) fn sheet(&self, panels: Vec<Map>, colours: Colours) -> Sheet {
         let half = 0.5 * self.spacing_mm;
-        let (length, width) = (self.length_mm(), f64::from(self.contacts.rows() - 1) * self.spacing_mm);
-        let (left, right) = (-half - MARGIN * length, length + half);
-        let panel = |(title, mut layers): (String, Vec<Layer>)| {
-            layers.extend(drive.clone());
-            let x = Scale::between("x (mm)", left, right);
-            let y = Scale::between("y (mm)", -half, width + half);
-            Panel::new(x, y, layers).titled(title)
-        };
-        let layout = Layout::Close((width + 2.0 * half) / (right - left));
-        Sheet { layout, bar, ..Sheet::of(panels.into_iter().map(panel).collect()) }
+        let (length, rows) = (self.length_mm(), f64::from(self.contacts.rows()));
+        let x = Scale::between("x (mm)", -half - MARGIN * length, length + half);
+        let y = Scale::between("y (mm)", -half, (rows - 0.5) * self.spacing_mm);
+        maps(panels, self.drive.as_slice(), [x, y], self.contacts.columns() as usize, colours)
     }
+}
+
+/// Maps of the same axes, drawn to scale, with one colour bar and layers on all of them. Cells are squares in so many
+/// columns, row by row from the lower end of the axes; no square is of what is no number.
+pub(super) fn maps(all: Vec<Map>, also: &[Layer], [x, y]: [Scale; 2], columns: usize, bar: Colours) -> Sheet {
+    let [across, upwards] = [&x, &y].map(|axis| axis.ends().1 - axis.ends().0);
+    let panel = |(title, values, layers): Map| {
+        let side = upwards / (values.len() / columns) as f64;
+        let cell = |(n, value): (usize, &f64)| {
+            let at = |cells: usize| y.ends().0 + cells as f64 * side;
+            let corner = |far: usize| (at(n % columns + far), at(n / columns + far));
+            ([corner(0), corner(1)], bar.nearest(*value))
+        };
+        let cells = values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell);
+        let layers = std::iter::once(Layer::cells(cells.collect())).chain(layers);
+        Panel::new(x.clone(), y.clone(), layers.chain(also.iter().cloned()).collect()).titled(title)
+    };
+    let panels = all.into_iter().map(panel).collect();
+    Sheet { layout: Layout::Close(upwards / across), bar: Some(bar), ..Sheet::of(panels) }
 }
 
 /// Sizes of vectors.
@@ -209,30 +190,25 @@ pub(super) fn sizes(vectors: &[[f64; 2]]) -> Vec<f64> {
     vectors.iter().map(|vector| magnitude(*vector)).collect()
 }
 
-/// Lines through edges that meet, each edge once.
-fn joined<P: Copy + Ord>(edges: &[[P; 2]]) -> Vec<Vec<P>> {
-    let mut at: BTreeMap<P, Vec<usize>> = BTreeMap::new();
-    for (n, edge) in edges.iter().enumerate() {
-        edge.iter().for_each(|end| at.entry(*end).or_default().push(n));
+/// Lines through edges that meet, each edge once, and where their points are.
+fn joined<P: Copy + Ord, Q>(edges: &[[P; 2]], at: impl Fn(P) -> Q) -> Vec<Vec<Q>> {
+    let mut met: BTreeMap<P, BTreeSet<P>> = BTreeMap::new();
+    for (from, to) in edges.iter().flat_map(|&[a, b]| [(a, b), (b, a)]) {
+        met.entry(from).or_default().insert(to);
     }
-    let mut is_used = vec![false; edges.len()];
-    let mut lines = Vec::new();
     // From open ends first, so that no line begins in its middle.
-    let ends = at.iter().filter(|(_, met)| met.len() % 2 == 1).map(|(end, _)| *end);
+    let ends = met.iter().filter(|(_, to)| to.len() % 2 == 1).map(|(end, _)| *end);
     let starts: Vec<P> = ends.chain(edges.iter().map(|edge| edge[0])).collect();
-    for start in starts {
-        let mut line = vec![start];
-        let mut here = start;
-        while let Some(&n) = at[&here].iter().find(|n| !is_used[**n]) {
-            is_used[n] = true;
-            here = if edges[n][0] == here { edges[n][1] } else { edges[n][0] };
-            line.push(here);
+    let line = |mut here: P| {
+        let mut line = vec![at(here)];
+        while let Some(next) = met.get_mut(&here).and_then(BTreeSet::pop_first) {
+            met.entry(next).or_default().remove(&here);
+            line.push(at(next));
+            here = next;
         }
-        if line.len() > 1 {
-            lines.push(line);
-        }
-    }
-    lines
+        line
+    };
+    starts.into_iter().map(line).filter(|line| line.len() > 1).collect()
 }
 
 #[cfg(test)]
@@ -275,22 +251,21 @@ mod tests {
     fn contours_are_where_the_value_is() {
         let area = area();
         // A plane that rises along x and y: each level is a straight line.
-        let plane: Vec<Option<f64>> =
-            area.all().map(|n| area.place(n)).map(|(x, y)| Some(x + 0.5 * y)).collect();
+        let plane: Vec<f64> = area.all().map(|n| area.place(n)).map(|(x, y)| x + 0.5 * y).collect();
         let lines = area.contours(&plane, 50.0);
         assert_eq!(lines.len(), 1);
         assert!(lines[0].iter().all(|(x, y)| (x + 0.5 * y - 50.0).abs() < 1e-9), "{lines:?}");
         let ends = [lines[0][0], lines[0][lines[0].len() - 1]];
         assert!((length(&lines) - (ends[0].0 - ends[1].0).hypot(ends[0].1 - ends[1].1)).abs() < 1e-9);
         // Around a hill the line is closed.
-        let hill: Vec<Option<f64>> = area.all().map(|n| Some(f64::from(u8::from(n == 6)))).collect();
+        let hill: Vec<f64> = area.all().map(|n| f64::from(u8::from(n == 6))).collect();
         let lines = area.contours(&hill, 0.5);
         assert!(lines.len() == 1 && lines[0].first() == lines[0].last() && lines[0].len() == 5, "{lines:?}");
         // At a saddle lines do not cross, and where a value is missing there is none.
-        let saddle: Vec<Option<f64>> =
-            area.all().map(|n| Some(f64::from(u8::from([2, 5].contains(&n))))).collect();
+        let saddle: Vec<f64> = area.all().map(|n| f64::from(u8::from([2, 5].contains(&n)))).collect();
         assert_eq!(area.contours(&saddle, 0.4).len(), 2);
-        let gaps: Vec<Option<f64>> = plane.iter().map(|value| value.filter(|value| *value < 50.0)).collect();
+        let gaps: Vec<f64> =
+            plane.iter().map(|value| if *value < 50.0 { *value } else { f64::NAN }).collect();
         assert!(area.contours(&gaps, 60.0).is_empty() && area.contours(&plane, 1e3).is_empty());
     }
 
@@ -298,27 +273,25 @@ mod tests {
     fn arrows_are_as_long_as_their_vectors() {
         let area = area();
         let vectors: Vec<[f64; 2]> = area.all().map(|n| [f64::from(n), 0.0]).collect();
-        let Some(Shape::Arrows(arrows)) = area.arrows(&vectors, 12.0, 1).map(|layer| layer.shape) else {
-            panic!("arrows")
-        };
+        let layers = area.arrows(&vectors, 12.0, 1, " mm");
+        let Shape::Arrows(arrows) = &layers[0].shape else { panic!("arrows") };
+        assert_eq!(layers[1].label, "longest arrow: 12 mm");
         let lengths: Vec<f64> = arrows.iter().map(|[from, to]| to.0 - from.0).collect();
         assert_eq!(lengths.len(), 12);
         assert!(
             lengths.iter().zip(1..).all(|(l, n)| (l / (0.9 * A * f64::from(n) / 12.0) - 1.0).abs() < 1e-9)
         );
-        assert!(area.arrows(&vectors, 0.0, 1).is_none());
+        assert!(area.arrows(&vectors, 0.0, 1, "").is_empty());
         // At the edges they are moved into the map, whichever way they point.
         let half = 0.5 * area.spacing_mm;
         let last = [area.contacts.columns(), area.contacts.rows()]
             .map(|count| f64::from(count - 1) * area.spacing_mm + half);
         for vector in [[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
-            let Some(Shape::Arrows(arrows)) = area.arrows(&[vector; 12], 0.5, 1).map(|layer| layer.shape)
-            else {
-                panic!("arrows")
-            };
-            for (x, y) in arrows.into_iter().flatten() {
+            let layers = area.arrows(&[vector; 12], 0.5, 1, "");
+            let Shape::Arrows(arrows) = &layers[0].shape else { panic!("arrows") };
+            for (x, y) in arrows.iter().flatten() {
                 assert!(
-                    (-half..=last[0]).contains(&x) && (-half..=last[1]).contains(&y),
+                    (-half..=last[0]).contains(x) && (-half..=last[1]).contains(y),
                     "{vector:?}: {x} {y}"
                 );
             }
@@ -327,15 +300,17 @@ mod tests {
 
     #[test]
     fn the_driven_rows_are_marked() {
-        assert_eq!(area().driven_rows, Some([1, 3]));
+        let drive = area().drive.unwrap();
+        let y: Vec<f64> = drive.points().iter().map(|point| (point.1 / A * 2.0).round()).collect();
+        assert_eq!((drive.label.as_str(), y), ("driven edge", vec![-1.0, -1.0, 5.0, 5.0]));
         let refused = Area::of(&made_up::run("", &[])).unwrap_err();
         assert!(refused.contains("run test lie in a single row (accepted: a run over an area"), "{refused}");
     }
 
     #[test]
     fn edges_are_joined_to_lines() {
-        assert_eq!(joined(&[[3, 4], [1, 2], [2, 3]]), [[1, 2, 3, 4]]);
-        assert_eq!(joined(&[[1, 2], [2, 3], [3, 1]]), [[1, 2, 3, 1]]);
-        assert!(joined::<u32>(&[]).is_empty());
+        assert_eq!(joined(&[[3, 4], [1, 2], [2, 3]], |n| n), [[1, 2, 3, 4]]);
+        assert_eq!(joined(&[[1, 2], [2, 3], [3, 1]], |n| n), [[1, 2, 3, 1]]);
+        assert!(joined::<u32, u32>(&[], |n| n).is_empty());
     }
 }

@@ -1,16 +1,17 @@
-//! One rupture over the area of contact: when its front came to each contact, or how far each slid.
+//! Ruptures over the area of contact: when the front of one came to each contact, or how far each slid; and how far all
+//! precursors reached, each by its outline in the colour of its load.
 
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::{Arrival, Rupture};
+use asperity_record::{Arrival, Extent, Rupture, counted};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::area::{Area, sizes};
-use super::colours::{Colours, On};
+use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
-use super::rupture_selector::{Clock, Film, RuptureSelector, sorted};
-use super::scale::{Scale, number};
+use super::rupture_selector::{Clock, RuptureSelector, Sort, film, sorted};
+use super::scale::number;
 use super::sheet::{INK, Layer, Marker, Sheet};
 
 keys! {
@@ -47,7 +48,32 @@ impl Figure for ArrivalMap {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        self.sheet_of(run)
+        let area = Area::of(run)?;
+        let rupture = film(self.rupture, self.which, 0, self.to_s)?.rupture(run)?;
+        let of_rupture = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
+        let arrivals: Vec<&Arrival> = run.arrivals()?.iter().filter(of_rupture).collect();
+        if arrivals.is_empty() {
+            let (run, rupture) = (&run.name, rupture.rupture);
+            return Err(format!("the log of run {run} lacks the arrivals of rupture {rupture}"));
+        }
+        let (values, mut layers, colours) = match self.shows {
+            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
+            Shown::Slip => {
+                let vectors = of_contacts(&area, &arrivals, [f64::NAN; 2], |arrival| {
+                    let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
+                    slip_m.map_or([f64::NAN; 2], |(along, across)| [along * 1e6, across * 1e6])
+                });
+                let sizes = sizes(&vectors);
+                let longest = sizes.iter().copied().fold(0.0, f64::max);
+                let colours = Colours::between("slip (µm)", &[0.0, longest]);
+                (sizes, area.arrows(&vectors, longest, 1, " µm"), colours)
+            }
+        };
+        let first = arrivals.iter().filter(|arrival| arrival.arrival_step == rupture.onset_step);
+        let first: Vec<(f64, f64)> = first.map(|arrival| area.place(arrival.block)).collect();
+        layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
+        layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
+        Ok(area.sheet(vec![(String::new(), values, layers)], colours).titled(title(run, rupture)?))
     }
 }
 
@@ -57,117 +83,90 @@ const DISC: f64 = 10.0;
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
-impl ArrivalMap {
-    fn sheet_of(&self, run: &RunData) -> Result<Sheet, String> {
-        let area = Area::of(run)?;
-        if let Some(to_s) = self.to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
-            return Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)"));
-        }
-        let film = Film {
-            rupture: self.rupture,
-            which: self.which.unwrap_or(RuptureSelector::Widest),
-            count: 0,
-            until_s: None,
-        };
-        let rupture = film.rupture(run)?;
-        let arrivals: Vec<&Arrival> =
-            run.arrivals()?.iter().filter(|arrival| arrival.rupture == rupture.rupture).collect();
-        if arrivals.is_empty() {
-            return Err(format!(
-                "the log of run {} lacks the arrivals of rupture {}",
-                run.name, rupture.rupture
-            ));
-        }
-        let (mut layers, colours) = match self.shows {
-            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
-            Shown::Slip => slips(&area, &arrivals),
-        };
-        let first: Vec<(f64, f64)> = arrivals
-            .iter()
-            .filter(|arrival| arrival.arrival_step == rupture.onset_step)
-            .map(|arrival| area.place(arrival.block))
-            .collect();
-        layers.push(Layer::discs("", first.clone(), DISC, plotters::prelude::WHITE));
-        layers.push(Layer::marks("nucleation", first, Marker::Circle, INK));
-        let sheet = area.sheet(vec![(String::new(), layers)], Some(colours));
-        Ok(sheet.titled(title(run, rupture)?))
-    }
+/// The number of each contact, what lies upon these, and their colours.
+type Shows = (Vec<f64>, Vec<Layer>, Colours);
 
-    fn arrivals(
-        &self,
-        area: &Area,
-        rupture: &Rupture,
-        arrivals: &[&Arrival],
-        step_s: f64,
-    ) -> (Vec<Layer>, Colours) {
+impl ArrivalMap {
+    /// The time of each contact, isochrones, and the colours of times.
+    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Shows {
         let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
         let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
         let to_s = self.to_s.unwrap_or(last_s);
         let clock = Clock::of(0.0, to_s, 0.0);
-        let scale = Scale::of(&clock.label("t − t_0"), false, 0.0, [0.0, clock.place(to_s)].into_iter());
-        let colours = Colours::of(scale, On::Surfaces);
-        let mut came = vec![None; area.contacts.count() as usize];
-        let mut cells = Vec::new();
-        for arrival in arrivals {
-            let at = clock.place(since_s(arrival));
-            came[arrival.block as usize - 1] = Some(at);
-            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(at))));
-        }
-        let levels: Vec<f64> =
-            colours.scale.ticks_at_most(ISOCHRONES).into_iter().map(|tick| tick.at).collect();
+        let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
+        let came = of_contacts(area, arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
+        let levels = colours.scale.ticks_at_most(ISOCHRONES);
         // Half a step aside, so that no contact is on a line.
         let aside = clock.place(step_s / 2.0);
-        let contours: Vec<_> = levels.iter().flat_map(|level| area.contours(&came, *level - aside)).collect();
-        let label = match levels[..] {
-            [a, b, ..] if !contours.is_empty() => {
-                format!("isochrones, every {} {}", number(b - a), clock.unit)
-            }
-            _ => String::new(),
-        };
-        (vec![Layer::cells(cells), Layer::contours(label, contours)], colours)
+        let contours: Vec<_> = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside)).collect();
+        let every = levels.get(1).filter(|_| !contours.is_empty()).map(|tick| number(tick.at - levels[0].at));
+        let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
+        (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
     }
 }
 
-/// The size of the slip of each contact, with arrows.
-fn slips(area: &Area, arrivals: &[&Arrival]) -> (Vec<Layer>, Colours) {
-    let mut vectors = vec![[0.0; 2]; area.contacts.count() as usize];
-    for arrival in arrivals {
-        let slip = arrival.slip_m.zip(arrival.slip_across_m);
-        vectors[arrival.block as usize - 1] =
-            slip.map_or([f64::NAN; 2], |(along_m, across_m)| [along_m * 1e6, across_m * 1e6]);
-    }
-    let sizes = sizes(&vectors);
-    let longest = sizes.iter().copied().filter(|size| size.is_finite()).fold(0.0, f64::max);
-    let scale = Scale::of("slip (µm)", false, 0.0, [0.0, longest].into_iter());
-    let colours = Colours::of(scale, On::Surfaces);
-    let mut cells = Vec::new();
-    for arrival in arrivals {
-        let size = sizes[arrival.block as usize - 1];
-        if size.is_finite() {
-            cells.push(area.cell(arrival.block, colours.at(colours.scale.nearest_share(size))));
-        }
-    }
-    vectors.iter_mut().filter(|vector| vector[0].is_nan()).for_each(|vector| *vector = [0.0; 2]);
-    let mut layers = vec![Layer::cells(cells)];
-    layers.extend(area.arrows(&vectors, longest, 1));
-    layers.push(Layer::remark(format!("longest arrow: {} µm", number(longest))));
-    (layers, colours)
+/// A quantity of each contact: of those that the front did not come to, `none`.
+fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl Fn(&Arrival) -> Q) -> Vec<Q> {
+    let mut all = vec![none; area.contacts.count() as usize];
+    arrivals.iter().for_each(|arrival| all[arrival.block as usize - 1] = of(arrival));
+    all
 }
 
 /// What a rupture was, and when.
 pub(super) fn title(run: &RunData, rupture: &Rupture) -> Result<String, String> {
+    let Rupture { rupture: number, onset_s, ft_fn_onset, .. } = rupture;
     let sorted = sorted(run)?;
-    let sort =
-        sorted.iter().find(|(other, _)| other.rupture == rupture.rupture).map(|(_, sort)| sort.label());
-    Ok(format!(
-        "rupture {}, {}: {} of {} contacts, t_0 = {:.5} s, F_T/F_N = {:.4}",
-        rupture.rupture,
-        sort.unwrap_or_default(),
-        rupture.slipped(),
-        run.header.blocks,
-        rupture.onset_s,
-        rupture.ft_fn_onset
-    ))
+    let sort = sorted.iter().find(|(other, _)| other.rupture == *number).map_or("", |(_, sort)| sort.label());
+    let slipped = format!("{} of {} contacts", rupture.slipped(), run.header.blocks);
+    Ok(format!("rupture {number}, {sort}: {slipped}, t_0 = {onset_s:.5} s, F_T/F_N = {ft_fn_onset:.4}"))
+}
+
+keys! {
+    Outlines: run;
+
+    /// Fewest contacts of a precursor that is shown.
+    #[serde(default = "one")]
+    from_contacts: u32,
+}
+
+/// The fewest there are.
+pub(super) fn one() -> u32 {
+    1
+}
+
+impl Figure for Outlines {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::arrivals()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let area = Area::of(run)?;
+        let arrivals = run.arrivals()?;
+        let mut extents: Vec<(f64, Extent)> = Vec::new();
+        for (rupture, sort) in sorted(run)? {
+            if sort == Sort::Precursor && rupture.slipped() >= self.from_contacts {
+                let of = arrivals.iter().filter(|arrival| arrival.rupture == rupture.rupture);
+                let extent = Extent::with(area.contacts, of.map(|arrival| arrival.block));
+                extents.extend((extent.count() > 0).then_some((rupture.ft_fn_onset, extent)));
+            }
+        }
+        if extents.is_empty() {
+            let (run, least) = (&run.name, self.from_contacts);
+            return Err(format!("run {run} has no precursor of {least} contacts or more with arrivals"));
+        }
+        let loads: Vec<f64> = extents.iter().map(|(load, _)| *load).collect();
+        // A contact has the colour of the first precursor that it slid in.
+        let first = |contact| extents.iter().find(|(_, extent)| extent.contains(contact));
+        let values = area.all().map(|contact| first(contact).map_or(f64::NAN, |(load, _)| *load)).collect();
+        let outlines =
+            extents.iter().flat_map(|(_, extent)| area.outlines(&|contact| extent.contains(contact)));
+        let label =
+            format!("{}, outlined, by F_T/F_N at the onset", counted(extents.len() as u64, "precursor"));
+        let outlines = Layer::contours(label, outlines.collect());
+        Ok(area.sheet(vec![(String::new(), values, vec![outlines])], Colours::between("F_T/F_N", &loads)))
+    }
 }
 
 #[cfg(test)]
@@ -204,7 +203,7 @@ mod tests {
         assert_eq!(cells.len(), 4);
         // Steps of 0.1 µs: the last one after 10 µs has the end of the scale.
         assert!(bar.scale.label().contains("(µs)") && bar.scale.share(10.0).unwrap() > 1.0 - 1e-9);
-        assert_eq!(cells[3].1, bar.at(1.0));
+        assert_eq!(cells[2].1, bar.at(1.0));
         let marks = sheet.layers().find_map(|layer| match &layer.shape {
             Shape::Marks(points, Marker::Circle) => Some(points.clone()),
             _ => None,
@@ -231,5 +230,49 @@ mod tests {
         let unknown = "file = 'f.png'\nrun = 'test'\nshows = 'speed'";
         let error = toml::from_str::<ArrivalMap>(unknown).unwrap_err().to_string();
         assert!(error.contains("`arrival` or `slip`"), "{error}");
+    }
+}
+
+#[cfg(test)]
+mod tests_of_outlines {
+    use super::{Figure, Outlines};
+    use crate::draw::sheet::Shape;
+    use asperity_testkit::made_up;
+
+    #[test]
+    fn each_precursor_has_an_outline_and_the_color_of_its_load() {
+        let mut run = made_up::sheet(&[]);
+        made_up::with_ruptures(
+            &mut run,
+            &[
+                &[(1, 100, Some(200)), (5, 110, Some(200))],
+                &[(12, 300, Some(400))],
+                &[(1, 500, Some(600)), (2, 510, Some(600)), (6, 520, Some(600))],
+            ],
+        );
+        let figure = |toml: &str| -> Outlines {
+            toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
+        };
+        let shown = |toml: &str| {
+            let sheet = figure(toml).part(&run).unwrap();
+            match &sheet.panels[0].layers[..] {
+                [cells, lines, ..] => match (&cells.shape, &lines.shape) {
+                    (Shape::Cells(cells), Shape::Contours(lines)) => {
+                        (cells.iter().map(|(_, color)| *color).collect::<Vec<_>>(), lines.len())
+                    }
+                    other => panic!("{other:?}"),
+                },
+                other => panic!("{other:?}"),
+            }
+        };
+        // Contacts 1 and 5 of the first, 2 and 6 of the other; that of contact 12 is none.
+        let (colors, lines) = shown("");
+        assert_eq!(lines, 2);
+        assert!(
+            colors.len() == 4 && colors[0] == colors[2] && colors[1] == colors[3] && colors[0] != colors[1]
+        );
+        assert_eq!(shown("from_contacts = 3").1, 1);
+        let refused = figure("from_contacts = 4").part(&run).unwrap_err();
+        assert_eq!(refused, "run test has no precursor of 4 contacts or more with arrivals");
     }
 }

@@ -2,51 +2,35 @@
 
 use plotters::prelude::RGBColor;
 
-use crate::draw::print::raster::Rgb;
 use crate::draw::scale::Scale;
 
 /// The scale viridis of matplotlib, which rises evenly in lightness, at equal distances.
-const VIRIDIS: [Rgb; 10] = [
-    (0x44, 0x01, 0x54),
-    (0x48, 0x28, 0x78),
-    (0x3e, 0x49, 0x89),
-    (0x31, 0x68, 0x8e),
-    (0x26, 0x82, 0x8e),
-    (0x1f, 0x9e, 0x89),
-    (0x35, 0xb7, 0x79),
-    (0x6e, 0xce, 0x58),
-    (0xb5, 0xde, 0x2b),
-    (0xfd, 0xe7, 0x25),
-];
+const VIRIDIS: [RGBColor; 10] = of_digits([
+    0x440154, 0x482878, 0x3e4989, 0x31688e, 0x26828e, 0x1f9e89, 0x35b779, 0x6ece58, 0xb5de2b, 0xfde725,
+]);
 
 /// Colours for words, by Okabe and Ito, without their yellow, which is lost on white.
-pub(crate) const WORDS: [RGBColor; 8] = [
-    RGBColor(0, 0, 0),
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(130, 130, 130),
-];
+pub(crate) const WORDS: [RGBColor; 8] =
+    of_digits([0x000000, 0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0x56b4e9, 0xe69f00, 0x828282]);
 
 /// The scale coolwarm of Moreland (Proc. ISVC 2009), at equal distances: blue below the middle, red above
 /// it, and between them a grey that is not the white of the page.
-const COOLWARM: [Rgb; 9] = [
-    (59, 76, 192),
-    (98, 130, 234),
-    (141, 176, 254),
-    (184, 208, 249),
-    (221, 221, 221),
-    (245, 196, 173),
-    (244, 154, 123),
-    (222, 96, 77),
-    (180, 4, 38),
-];
+const COOLWARM: [RGBColor; 9] =
+    of_digits([0x3b4cc0, 0x6282ea, 0x8db0fe, 0xb8d0f9, 0xdddddd, 0xf5c4ad, 0xf49a7b, 0xde604d, 0xb40426]);
 
 /// Its ends with a darker middle, on which lines and marks are seen as well.
-const COOLWARM_LINES: [Rgb; 3] = [COOLWARM[0], (70, 70, 70), COOLWARM[8]];
+const COOLWARM_LINES: [RGBColor; 3] = of_digits([0x3b4cc0, 0x464646, 0xb40426]);
+
+/// Colours as six hexadecimal digits say them.
+const fn of_digits<const N: usize>(digits: [u32; N]) -> [RGBColor; N] {
+    let (mut colours, mut n) = ([RGBColor(0, 0, 0); N], 0);
+    while n < N {
+        let [_, r, g, b] = digits[n].to_be_bytes();
+        colours[n] = RGBColor(r, g, b);
+        n += 1;
+    }
+    colours
+}
 
 /// How much of viridis lines and marks use: its light end is lost on white.
 const LINES: f64 = 0.88;
@@ -73,10 +57,18 @@ impl Colours {
     /// For numbers on this scale: from dark to light, or, where they have both signs, from one hue to
     /// another with zero between, as far to either side.
     pub(crate) fn of(scale: Scale, on: On) -> Colours {
-        match scale.about_zero() {
-            Some(scale) => Colours { scale, on, diverges: true },
-            None => Colours { scale, on, diverges: false },
-        }
+        let centred = scale.about_zero();
+        Colours { on, diverges: centred.is_some(), scale: centred.unwrap_or(scale) }
+    }
+
+    /// The same on surfaces, for numbers between the ends of these.
+    pub(crate) fn between(label: &str, values: &[f64]) -> Colours {
+        Colours::of(Scale::of(label, false, 0.0, values.iter().copied()), On::Surfaces)
+    }
+
+    /// That of a number, or of the end of the scale that is next to it.
+    pub(crate) fn nearest(&self, value: f64) -> RGBColor {
+        self.at(self.scale.nearest_share(value))
     }
 
     /// That of a number; none if it is not on the scale.
@@ -95,13 +87,12 @@ impl Colours {
     }
 }
 
-/// The colour at a share of a scale.
-fn mixed(colours: &[Rgb], share: f64) -> RGBColor {
+/// The colour at a share of a scale of colours at equal distances.
+pub(crate) fn mixed(colours: &[RGBColor], share: f64) -> RGBColor {
     let at = share.clamp(0.0, 1.0) * (colours.len() - 1) as f64;
     let low = (at.floor() as usize).min(colours.len() - 2);
-    let between = at - low as f64;
+    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * (at - low as f64)).round() as u8;
     let (a, b) = (colours[low], colours[low + 1]);
-    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * between).round() as u8;
     RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 

@@ -16,6 +16,19 @@ pub(super) fn color_of(sort: Sort) -> RGBColor {
     }
 }
 
+/// Times of a rupture, by default that of the most contacts, up to `to_s` after the onset.
+pub(super) fn film(
+    rupture: Option<u64>,
+    which: Option<RuptureSelector>,
+    count: u32,
+    to_s: Option<f64>,
+) -> Result<Film, String> {
+    match to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
+        Some(to_s) => Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)")),
+        None => Ok(Film { rupture, which: which.unwrap_or(RuptureSelector::Widest), count, until_s: to_s }),
+    }
+}
+
 /// A time axis in the unit that suits its length, and from the beginning of a short one.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Clock {
@@ -30,11 +43,9 @@ impl Clock {
     /// For times between these; counted from `origin_s` where the way there is much longer.
     pub(super) fn of(from_s: f64, to_s: f64, origin_s: f64) -> Clock {
         let span_s = to_s - from_s;
-        let (unit_s, unit) = match span_s {
-            span if span < 5e-4 => (1e-6, "µs"),
-            span if span < 0.5 => (1e-3, "ms"),
-            _ => (1.0, "s"),
-        };
+        let units =
+            [(5e-4, 1e-6, "µs"), (0.5, 1e-3, "ms")].into_iter().find(|(until_s, ..)| span_s < *until_s);
+        let (_, unit_s, unit) = units.unwrap_or((0.0, 1.0, "s"));
         if from_s.abs() < 2.0 * span_s || unit_s == 1.0 {
             return Clock { origin_s: 0.0, unit_s, unit, since: String::new() };
         }

@@ -5,7 +5,6 @@
 //! patches are thinner than a pixel: neighbours that would look alike are drawn as one, and none is
 //! narrower than a pixel. Over an area the columns of contacts take the place of blocks.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use asperity_numbers::required_data::RequiredData;
@@ -13,8 +12,9 @@ use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
 
-use super::colours::{Colours, On};
+use super::colours::{Colours, On, mixed};
 use super::kind::{Figure, keys, of_one_run, place_name};
+use super::lines::within;
 use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Shape, Sheet, Tile};
@@ -45,9 +45,8 @@ impl Figure for SpaceTime {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
-        let sheet = map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?;
         let title = zoom.map_or_else(String::new, |rupture| format!("rupture {}", rupture.rupture));
-        Ok(sheet.titled(title))
+        Ok(map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?.titled(title))
     }
 }
 
@@ -80,54 +79,56 @@ impl View {
         [from_s, to_s]: [Option<f64>; 2],
         [from_block, to_block]: [Option<u32>; 2],
     ) -> Result<View, String> {
-        let end_of_run_s = run.plan.grid.time_s(run.header.steps);
-        let natural_s = zoom.map_or((0.0, end_of_run_s), |rupture| {
+        let (blocks, run_s, name) = (run.columns(), end_of_run_s(run), &run.name);
+        let natural = zoom.map_or(((0.0, run_s), (1, blocks)), |rupture| {
             let end_s = end_s(run, rupture);
             // One that begins in the last step has no length.
             let margin_s = (0.08 * (end_s - rupture.onset_s)).max(run.header.time_step_s);
-            (rupture.onset_s - margin_s, end_s + margin_s)
+            let blocks = (rupture.first_block.saturating_sub(1).max(1), (rupture.last_block + 1).min(blocks));
+            ((rupture.onset_s - margin_s, end_s + margin_s), blocks)
         });
-        let blocks = run.columns();
-        let natural = zoom.map_or((1, blocks), |rupture| {
-            (rupture.first_block.saturating_sub(1).max(1), (rupture.last_block + 1).min(blocks))
-        });
-        let (from_s, to_s) = (from_s.unwrap_or(natural_s.0), to_s.unwrap_or(natural_s.1));
-        let (from_block, to_block) = (from_block.unwrap_or(natural.0), to_block.unwrap_or(natural.1));
+        let (from_s, to_s) = (from_s.unwrap_or(natural.0.0), to_s.unwrap_or(natural.0.1));
+        let (from_block, to_block) = (from_block.unwrap_or(natural.1.0), to_block.unwrap_or(natural.1.1));
         if !(from_s.is_finite() && to_s.is_finite() && from_s < to_s) {
             return Err(format!("from_s = {from_s} is not before to_s = {to_s}"));
         }
-        if from_s >= end_of_run_s || to_s <= 0.0 {
-            return Err(format!(
-                "nothing of run {} is from {from_s} s to {to_s} s (accepted: times from 0 to {end_of_run_s})",
-                run.name
-            ));
+        if from_s >= run_s || to_s <= 0.0 {
+            let accepted = format!("(accepted: times from 0 to {run_s})");
+            return Err(format!("nothing of run {name} is from {from_s} s to {to_s} s {accepted}"));
         }
         if !(1 <= from_block && from_block <= to_block && to_block <= blocks) {
-            return Err(format!(
-                "from_block = {from_block} to to_block = {to_block} are no blocks of run {} \
-                 (accepted: 1 to {blocks})",
-                run.name
-            ));
+            let given = format!("from_block = {from_block} to to_block = {to_block}");
+            return Err(format!("{given} are no blocks of run {name} (accepted: 1 to {blocks})"));
         }
-        let origin_s = zoom.map_or(from_s, |rupture| rupture.onset_s);
-        let clock = Clock::of(from_s, to_s, origin_s);
+        let clock = Clock::of(from_s, to_s, zoom.map_or(from_s, |rupture| rupture.onset_s));
         Ok(View { from_s, to_s, from_block, to_block, clock })
     }
 
-    fn has_block(&self, block: u32) -> bool {
-        (self.from_block..=self.to_block).contains(&block)
+    /// Blocks, each between two times and in a colour; neighbours that look alike are one.
+    fn tiles(&self, blocks: impl Iterator<Item = (u32, (f64, f64, RGBColor))>) -> Vec<Tile> {
+        let seen = |block: &u32| (self.from_block..=self.to_block).contains(block);
+        let blocks: Vec<_> = blocks.filter(|(block, _)| seen(block)).collect();
+        let tile = |alike: &[(u32, (f64, f64, RGBColor))]| {
+            let (first, (from_s, to_s, colour)) = alike[0];
+            let corner = |time_s: f64, block| (self.clock.place(time_s.clamp(self.from_s, self.to_s)), block);
+            let last = f64::from(alike[alike.len() - 1].0);
+            ([corner(from_s, f64::from(first) - 0.5), corner(to_s, last + 0.5)], colour)
+        };
+        blocks.chunk_by(|a, b| b.0 == a.0 + 1 && a.1 == b.1).map(tile).collect()
     }
 
-    /// A time on the axis, moved to its end if it is beyond.
-    fn place(&self, time_s: f64) -> f64 {
-        self.clock.place(time_s.clamp(self.from_s, self.to_s))
+    /// A line through blocks at times, if some of it is in view; where it leaves the panel it is cut off.
+    fn line(&self, label: &str, points: &[(f64, u32)], dash: Dash, colour: RGBColor) -> Option<Layer> {
+        let place = |(time_s, block): &(f64, u32)| (self.clock.place(*time_s), f64::from(*block));
+        let points: Vec<(f64, f64)> = points.iter().map(place).collect();
+        let [low, high] = [(self.from_s, self.from_block), (self.to_s, self.to_block)].map(|at| place(&at));
+        let is_seen = points.windows(2).any(|ends| within(ends[0], ends[1], low, high).is_some());
+        is_seen.then(|| Layer::line(label, points, dash, colour))
     }
+}
 
-    /// Blocks between two times, both in view.
-    fn cell(&self, from_s: f64, to_s: f64, blocks: (u32, u32), color: RGBColor) -> Tile {
-        let low = (self.place(from_s), f64::from(blocks.0) - 0.5);
-        ([low, (self.place(to_s), f64::from(blocks.1) + 0.5)], color)
-    }
+fn end_of_run_s(run: &RunData) -> f64 {
+    run.plan.grid.time_s(run.header.steps)
 }
 
 /// The map; `zoom` is the rupture that it is about.
@@ -138,199 +139,119 @@ pub(super) fn map(
     blocks: [Option<u32>; 2],
 ) -> Result<Sheet, String> {
     let view = View::of(run, zoom, times_s, blocks)?;
+    let View { from_s, to_s, from_block, to_block, clock } = &view;
     let sorts: BTreeMap<u64, (&Rupture, Sort)> =
         sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
     let (velocities, bar) = velocities(run, &view)?;
     // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
     let strength = if bar.is_some() { PALE } else { 1.0 };
-    let mut patched: BTreeMap<Sort, Vec<Tile>> = BTreeMap::new();
-    let mut fronts = Vec::new();
-    let grain_s = (view.to_s - view.from_s) / ACROSS;
-    let end_of_run_s = run.plan.grid.time_s(run.header.steps);
-    let all_arrivals = &by_column(run, run.arrivals()?)[..];
-    for arrivals in all_arrivals.chunk_by(|a, b| a.rupture == b.rupture) {
+    let (mut patched, mut fronts, mut came) = (BTreeMap::<Sort, Vec<Tile>>::new(), Vec::new(), Vec::new());
+    let colour_of = |sort: Sort| mixed(&[plotters::prelude::WHITE, color_of(sort)], strength);
+    let grain_s = (to_s - from_s) / ACROSS;
+    for arrivals in run.arrivals()?.chunk_by(|a, b| a.rupture == b.rupture) {
+        let passed = by_column(run, arrivals);
+        let front: Vec<(f64, u32)> = passed.iter().map(|(block, passed)| (passed.0, *block)).collect();
+        came.extend_from_slice(&front);
         let Some((rupture, sort)) = sorts.get(&arrivals[0].rupture) else { continue };
-        let mut passed: Vec<&Arrival> =
-            arrivals.iter().filter(|arrival| view.has_block(arrival.block)).collect();
-        passed.sort_by_key(|arrival| arrival.block);
-        patched.entry(*sort).or_default().extend(patches(
-            &view,
-            &passed,
-            paler(color_of(*sort), strength),
-            grain_s,
-            end_of_run_s,
-        ));
+        let seen = passed.iter().filter(|(_, (arrival_s, stop_s))| arrival_s <= to_s && stop_s >= from_s);
+        let patch = |(block, (arrival_s, stop_s)): (&u32, &(f64, f64))| {
+            let grain = |time_s: &f64| (time_s.clamp(*from_s, *to_s) - from_s) / grain_s;
+            let first = grain(arrival_s).floor();
+            let [first_s, last_s] =
+                [first, grain(stop_s).ceil().max(first + 1.0)].map(|grain| from_s + grain * grain_s);
+            (*block, (first_s, last_s, colour_of(*sort)))
+        };
+        patched.entry(*sort).or_default().extend(view.tiles(seen.map(patch)));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
-            let came = |arrival: &&Arrival| (arrival.arrival_s, f64::from(arrival.block));
-            let in_view = |(time_s, _): &(f64, f64)| (view.from_s..=view.to_s).contains(time_s);
-            for stretch in passed.iter().map(came).collect::<Vec<_>>().split(|point| !in_view(point)) {
-                let front: Vec<(f64, f64)> = stretch.iter().map(|(t, n)| (view.place(*t), *n)).collect();
-                if front.len() > 1 {
-                    fronts.push(Layer::line("arrivals", front, Dash::Solid, INK));
-                }
-            }
+            fronts.extend(view.line("arrivals", &front, Dash::Solid, INK));
         }
     }
     // About a rupture only what was before it, since from then on its own arrivals tell.
+    let before = |rupture: &Rupture| rupture.farthest_block_before.map(|n| vec![(*from_s, n), (*to_s, n)]);
     let (creep, label) = match zoom {
-        Some(rupture) => (before(rupture, &view), "farthest before"),
-        None => (creep_front(run, all_arrivals, &view), "farthest so far"),
+        Some(rupture) => (before(rupture).unwrap_or_default(), "farthest before"),
+        None => (creep_front(run, came), "farthest so far"),
     };
     let mut layers: Vec<Layer> = patched
         .into_iter()
         .filter(|(_, cells)| !cells.is_empty())
-        .map(|(sort, cells)| Layer::new(sort.label(), Shape::Cells(cells), paler(color_of(sort), strength)))
+        .map(|(sort, cells)| Layer::new(sort.label(), Shape::Cells(cells), colour_of(sort)))
         .collect();
     layers.push(Layer::cells(velocities));
     layers.extend(fronts);
-    if creep.len() > 1 {
-        layers.push(Layer::line(label, creep, Dash::Dashed, GREEN));
-    }
-    let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
-    let x = Scale::between(&view.clock.label("t"), from, to);
-    let y = Scale::between(place_name(run), f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5)
-        .in_whole_numbers(true);
-    Ok(Sheet { bar, ..Sheet::single(x, y, layers) })
+    layers.extend(view.line(label, &creep, Dash::Dashed, GREEN));
+    let x = Scale::between(&clock.label("t"), clock.place(*from_s), clock.place(*to_s));
+    let y = Scale::between(place_name(run), f64::from(*from_block) - 0.5, f64::from(*to_block) + 0.5);
+    Ok(Sheet { bar, ..Sheet::single(x, y.in_whole_numbers(true), layers) })
 }
 
-/// Arrivals block by block; over an area column by column, from the first arrival to the last stop of its
-/// contacts.
-fn by_column<'a>(run: &RunData, arrivals: &'a [Arrival]) -> Cow<'a, [Arrival]> {
-    if run.of_one_row().is_some() {
-        return Cow::Borrowed(arrivals);
+/// When each block that a rupture passed began to slide and when it stopped, s; over an area each column, from the
+/// first arrival to the last stop of its contacts.
+fn by_column(run: &RunData, arrivals: &[Arrival]) -> BTreeMap<u32, (f64, f64)> {
+    let mut passed: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
+    for Arrival { block, arrival_s, stop_s, .. } in arrivals {
+        let stop_s = stop_s.unwrap_or(end_of_run_s(run));
+        let of_column = passed.entry(run.header.contacts().column(*block)).or_insert((*arrival_s, stop_s));
+        *of_column = (of_column.0.min(*arrival_s), of_column.1.max(stop_s));
     }
-    let mut columns: Vec<Arrival> = Vec::new();
-    for of_rupture in arrivals.chunk_by(|a, b| a.rupture == b.rupture) {
-        let mut passed: BTreeMap<u32, Arrival> = BTreeMap::new();
-        for arrival in of_rupture {
-            let block = run.header.contacts().column(arrival.block);
-            let of_column = passed.entry(block).or_insert_with(|| Arrival { block, ..arrival.clone() });
-            of_column.arrival_s = of_column.arrival_s.min(arrival.arrival_s);
-            of_column.stop_s = of_column.stop_s.zip(arrival.stop_s).map(|(a, b)| a.max(b));
-        }
-        columns.extend(passed.into_values());
-    }
-    Cow::Owned(columns)
-}
-
-/// The speed of each block of a dense record; over an area the largest of each column.
-fn speeds(run: &RunData, record: &WindowRecord) -> Vec<(u32, f64)> {
-    let blocks = (record.first_block..).zip(&record.velocity_m_per_s);
-    if run.of_one_row().is_some() {
-        return blocks.map(|(block, velocity)| (block, velocity.abs())).collect();
-    }
-    let mut fastest: BTreeMap<u32, f64> = BTreeMap::new();
-    for ((block, along), across) in blocks.zip(&record.velocity_across_m_per_s) {
-        let of_column = fastest.entry(run.header.contacts().column(block)).or_default();
-        *of_column = of_column.max(magnitude([*along, *across]));
-    }
-    fastest.into_iter().collect()
-}
-
-/// Patches of the blocks that a rupture passed, by block: neighbours that look alike are one.
-fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_of_run_s: f64) -> Vec<Tile> {
-    let grains = |arrival: &Arrival| -> Option<(i64, i64)> {
-        let stop_s = arrival.stop_s.unwrap_or(end_of_run_s);
-        if arrival.arrival_s > view.to_s || stop_s < view.from_s {
-            return None;
-        }
-        let grain = |time_s: f64| (time_s.clamp(view.from_s, view.to_s) - view.from_s) / grain_s;
-        let first = grain(arrival.arrival_s).floor() as i64;
-        Some((first, (grain(stop_s).ceil() as i64).max(first + 1)))
-    };
-    let seen: Vec<(u32, (i64, i64))> =
-        passed.iter().filter_map(|arrival| Some((arrival.block, grains(arrival)?))).collect();
-    let alike = |a: &(u32, (i64, i64)), b: &(u32, (i64, i64))| b.0 == a.0 + 1 && a.1 == b.1;
-    let time_s = |grain: i64| view.from_s + grain as f64 * grain_s;
-    seen.chunk_by(alike)
-        .map(|patch| {
-            let (first, (from, to)) = patch[0];
-            view.cell(time_s(from), time_s(to), (first, patch[patch.len() - 1].0), color)
-        })
-        .collect()
-}
-
-/// A colour mixed with white: so much of it, from 0 to 1.
-fn paler(color: RGBColor, strength: f64) -> RGBColor {
-    let mix = |part: u8| (255.0 + strength * (f64::from(part) - 255.0)).round() as u8;
-    RGBColor(mix(color.0), mix(color.1), mix(color.2))
-}
-
-/// The farthest block that had slid before a rupture.
-fn before(rupture: &Rupture, view: &View) -> Vec<(f64, f64)> {
-    let block = rupture.farthest_block_before.filter(|block| view.has_block(*block));
-    let ends = [view.from_s, view.to_s].map(|time_s| view.clock.place(time_s));
-    block.map_or(Vec::new(), |block| ends.map(|time| (time, f64::from(block))).to_vec())
+    passed
 }
 
 /// The farthest block that has slid by a time, until it is the last one.
-fn creep_front(run: &RunData, arrivals: &[Arrival], view: &View) -> Vec<(f64, f64)> {
-    let mut arrivals: Vec<(f64, u32)> =
-        arrivals.iter().map(|arrival| (arrival.arrival_s, arrival.block)).collect();
-    arrivals.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut farthest = 0;
+fn creep_front(run: &RunData, mut came: Vec<(f64, u32)>) -> Vec<(f64, u32)> {
+    came.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut course: Vec<(f64, u32)> = Vec::new();
-    for (time_s, block) in arrivals {
-        if block > farthest {
-            course.extend((farthest > 0).then_some((time_s, farthest)));
-            farthest = block;
-            course.push((time_s, farthest));
+    for (time_s, block) in came {
+        let farthest = course.last().map(|last| last.1);
+        if farthest < Some(block) {
+            course.extend(farthest.map(|farthest| (time_s, farthest)));
+            course.push((time_s, block));
         }
     }
-    if farthest < run.columns() {
-        course.push((run.plan.grid.time_s(run.header.steps), farthest));
-    }
-    let before = course.iter().rev().find(|(time_s, _)| *time_s < view.from_s);
-    let start = before.map(|(_, block)| (view.from_s, *block));
-    let inside = course.iter().filter(|(time_s, _)| (view.from_s..=view.to_s).contains(time_s)).copied();
-    let mut shown: Vec<(f64, u32)> = start.into_iter().chain(inside).collect();
-    let is_over = course.last().is_none_or(|(time_s, _)| *time_s < view.to_s);
-    if let (Some((_, block)), false) = (shown.last().copied(), is_over) {
-        shown.push((view.to_s, block));
-    }
-    shown.retain(|(_, block)| view.has_block(*block));
-    shown.into_iter().map(|(time_s, block)| (view.place(time_s), f64::from(block))).collect()
+    let farthest = course.last().map(|last| last.1).filter(|farthest| *farthest < run.columns());
+    course.extend(farthest.map(|farthest| (end_of_run_s(run), farthest)));
+    course
 }
 
-/// Velocities of the dense records in view, and their colours; those below a thousandth of the
-/// largest have none.
+/// The speed of each contact of a dense record.
+fn speeds(record: &WindowRecord) -> impl Iterator<Item = (u32, f64)> {
+    let across = record.velocity_across_m_per_s.iter().chain(std::iter::repeat(&0.0));
+    let both = (record.first_block..).zip(&record.velocity_m_per_s).zip(across);
+    both.map(|((contact, along), across)| (contact, magnitude([*along, *across])))
+}
+
+/// Velocities of the dense records in view, over an area the largest of each column, and their colours; those below a
+/// thousandth of the largest have none.
 fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>), NotKept> {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
     for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {
         windows.entry(record.window).or_default().push(record);
     }
-    let all = windows.values().flatten().flat_map(|record| speeds(run, record));
-    let fastest = all.fold(0.0f64, |fastest, (_, speed)| fastest.max(speed));
+    let all = windows.values().flatten().flat_map(|record| speeds(record));
+    let fastest = all.map(|(_, speed)| speed).fold(0.0, f64::max);
     if fastest <= 0.0 {
         return Ok((Vec::new(), None));
     }
-    let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
-    let colours = Colours::of(scale, On::Surfaces);
-    let shade = |speed: f64| {
-        let share = colours.scale.share(speed)?;
-        Some((share * SHADES).floor().min(SHADES - 1.0))
-    };
+    let colours = Colours::of(Scale::powers_between("|v_n| (m/s)", 1e-3 * fastest, fastest), On::Surfaces);
     let mut items = Vec::new();
     for records in windows.values() {
-        let between_steps = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step)).min();
-        let every = between_steps.unwrap_or(1).max(1);
-        let shown: Vec<&&WindowRecord> = records.iter().step_by(records.len().div_ceil(INSTANTS)).collect();
-        let longest = every * records.len().div_ceil(INSTANTS) as u64;
+        let stride = records.len().div_ceil(INSTANTS);
+        let apart = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step)).min();
+        let longest = apart.unwrap_or(1).max(1) * stride as u64;
+        let shown: Vec<&&WindowRecord> = records.iter().step_by(stride).collect();
         for (n, record) in shown.iter().enumerate() {
             let next = shown.get(n + 1).map_or(u64::MAX, |next| next.step);
-            let to_s = run.plan.grid.time_s(next.min(record.step + longest));
-            let blocks: Vec<(u32, Option<f64>)> = speeds(run, record)
-                .into_iter()
-                .filter(|(block, _)| view.has_block(*block))
-                .map(|(block, speed)| (block, shade(speed)))
-                .collect();
-            for alike in blocks.chunk_by(|a, b| a.1 == b.1) {
-                let Some(shade) = alike[0].1 else { continue };
-                let color = colours.at((shade + 0.5) / SHADES);
-                let span = (alike[0].0, alike[alike.len() - 1].0);
-                items.push(view.cell(record.time_s, to_s.max(record.time_s), span, color));
+            let to_s = run.plan.grid.time_s(next.min(record.step + longest)).max(record.time_s);
+            let mut columns: BTreeMap<u32, f64> = BTreeMap::new();
+            for (block, speed) in speeds(record) {
+                let of_column = columns.entry(run.header.contacts().column(block)).or_default();
+                *of_column = of_column.max(speed);
             }
+            items.extend(view.tiles(columns.into_iter().filter_map(|(column, speed)| {
+                let shade = (colours.scale.share(speed)? * SHADES).floor().min(SHADES - 1.0);
+                Some((column, (record.time_s, to_s, colours.at((shade + 0.5) / SHADES))))
+            })));
         }
     }
     Ok((items, Some(colours)))

@@ -1,16 +1,31 @@
-//! `tau_n`, `mu_s p_n`, but not of blocks that never slide, and `mu_d p_n` along the slider at chosen instants, with the
-//! normal load of the instant; of rate-and-state friction `f_0 p_n`. Over an area they are means of the columns of
-//! contacts.
+//! Forces along the slider, over an area as means of the columns of contacts.
+//!
+//! - `stress`: `tau_n`, `mu_s p_n`, but not of blocks that never slide, and `mu_d p_n` at chosen instants, with the normal
+//!   load of the instant; of rate-and-state friction `f_0 p_n`.
+//! - `stress-sequence`: `tau_n / p_n` before and after each precursor, each over the normal load of its instant. States
+//!   are recorded at the onsets and ends of slip events, so the precursors are those among slip events: what a precursor
+//!   leaves behind is then what the next one finds, but for the load that the drive has added meanwhile.
+//! - `junction-forces`: the mean and the width of forces of pinned junctions on each contact, over the load that a
+//!   junction bears. Where none is pinned, nothing is shown.
+//! - `onset`: `tau_n` when the first precursor starts, with (5.45) and the exact decay of the discrete chain (Figures
+//!   5.19, 5.20).
 
+use asperity_model::analytic;
+use asperity_numbers::AFFECTED_THRESHOLD;
+use asperity_numbers::curve_list::along;
 use asperity_numbers::curves::pull_ratio;
+use asperity_numbers::fronts::FROM_BLOCKS;
+use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
-use super::area::along;
-use super::kind::{Figure, Level, keys, levels, of_one_run};
+use super::colours::{Colours, On};
+use super::kind::{
+    Figure, Labelled, Parts, coefficient_lines, keys, levels, of_one_run, of_runs_in, place_name, with_parts,
+};
 use super::scale::Scale;
-use super::sheet::{Dash, INK, Layer, Panel, Sheet};
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Pen, RED, Sheet};
 
 keys! {
     Stress: run;
@@ -27,90 +42,263 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        if run.plan.blocks == 1 {
-            return Err(format!("run {} has one block, and forces along a slider need several", run.name));
-        }
-        let mut states = Vec::new();
-        for at_s in &self.at_s {
-            let fields = run.states()?.near(*at_s);
-            let fields =
-                fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
-            let load = load_at(run.loads()?, fields.step);
-            states.push((fields, load.ok_or_else(|| format!("run {} has no step records", run.name))?));
-        }
-        // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
-        let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
-        let panels: Vec<Panel> =
-            states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
-        Ok(Sheet::of(panels))
+        let (to_mm, friction) = (length_mm(run)?, &run.plan.friction);
+        let state = |at_s: &f64| {
+            let lacks = || format!("run {} has no fields to show at {at_s} s", run.name);
+            let fields = run.states()?.near(*at_s).ok_or_else(lacks)?;
+            let (load, borne_n) = loads(run, fields)?;
+            // Blocks that never slide have no static one; of rate-and-state friction both are `f_0 p_n`.
+            let mut thresholds_n = [&friction.static_coefficients, &friction.dynamic_coefficients]
+                .map(|mu| mu.iter().zip(&borne_n).map(|(mu, p_n)| mu * p_n).collect::<Vec<f64>>());
+            for block in &run.scenario.friction.stuck_blocks {
+                thresholds_n[0][*block as usize - 1] = f64::NAN;
+            }
+            // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
+            // sides.
+            let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
+            Ok((fields, load, backwards_n > 0.5 * thresholds_n[1][0], thresholds_n))
+        };
+        let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
+        // The legend says so once.
+        let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
+        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
+            let mut layers = Vec::new();
+            // A single level is that of both.
+            for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
+                let points = by_mm(run, &force_n);
+                if is_mirrored {
+                    let below = points.iter().map(|(x, force_n)| (*x, -force_n)).collect();
+                    layers.push(Layer::line("", below, dash, color));
+                }
+                layers.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
+            }
+            layers.push(Layer::line("τ_n", by_mm(run, &fields.tangential_force_n), Dash::Solid, INK));
+            let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(y), layers);
+            let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
+            let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
+            panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
+        });
+        Ok(Sheet::of(panels.collect()))
     }
 }
 
-/// The levels of friction of the run's law as forces on every block in a state, the one of sliding last: with the load
-/// of the instant, or what the contacts of a slab bear.
-fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> Vec<(Level, Vec<f64>)> {
-    let forces_n = coefficients_n(run, fields, load);
-    // A single level is that of both.
-    levels(run).into_iter().zip(forces_n).collect()
-}
-
-/// `mu_s p_n`, which is NaN on blocks that never slide, and `mu_d p_n`; of rate-and-state friction `f_0 p_n` twice.
-fn coefficients_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
-    let friction = &run.plan.friction;
-    let borne_n = &fields.normal_load_n;
-    let mut forces_n: [Vec<f64>; 2] = if borne_n.is_empty() {
-        let course = load.normal_load_n / run.plan.total_normal_load_n;
-        let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
-        [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
-    } else {
-        let of = |mu: &[f64]| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect();
-        [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)]
-    };
-    for block in &run.scenario.friction.stuck_blocks {
-        forces_n[0][*block as usize - 1] = f64::NAN;
+/// The length of a slider, mm.
+fn length_mm(run: &RunData) -> Result<f64, String> {
+    if run.plan.blocks == 1 {
+        return Err(format!("run {} has one block, and forces along a slider need several", run.name));
     }
-    forces_n
+    Ok(run.plan.length_m * 1e3)
 }
 
-/// Whether some block is pulled backwards with more than half of sliding friction.
-fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
-    let [_, sliding_n] = coefficients_n(run, fields, load);
-    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
-    -backwards > 0.5 * sliding_n[0]
+/// The load in a state, and what each contact bears of it.
+fn loads<'a>(run: &'a RunData, fields: &FieldRecord) -> Result<(&'a Load, Vec<f64>), String> {
+    let (loads, step) = (run.loads()?, fields.step);
+    let both = load_at(loads, step).zip(run.normal_load_n(loads, fields));
+    both.ok_or_else(|| format!("run {} has no step records", run.name))
 }
 
-/// A state; `any_mirrored` is whether in some panel beside it thresholds lie on both sides.
-fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
-    let along = |values: &[f64]| -> Vec<(f64, f64)> {
-        let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-        let points = along(run, values).into_iter().enumerate().map(|(n, value)| (position_mm(n), value));
-        points.filter(|(_, value)| value.is_finite()).collect()
-    };
-    let thresholds = thresholds_n(run, fields, record);
-    let thresholds: Vec<(Level, Vec<(f64, f64)>)> =
-        thresholds.into_iter().map(|(level, force_n)| (level, along(&force_n))).collect();
-    let tau = along(&fields.tangential_force_n);
-    let mirrored = is_mirrored(run, fields, record);
-    let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
-    let mut series = Vec::new();
-    for ((_, dash, color, name), points) in thresholds {
-        if mirrored {
-            series.push(Layer::line("", below(&points), dash, color));
+/// A quantity along the slider by the place of each block, mm.
+fn by_mm(run: &RunData, values: &[f64]) -> Vec<(f64, f64)> {
+    let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
+    let points = along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value));
+    points.filter(|(_, value)| value.is_finite()).collect()
+}
+
+keys! {
+    StressSequence: run;
+
+    /// Fewest blocks of a precursor that is shown.
+    #[serde(default = "super::arrival_map::one")]
+    from_blocks: u32,
+    /// Whether to show the first global slip, which ends the sequence, as well.
+    #[serde(default)]
+    global_slip: bool,
+}
+
+impl Figure for StressSequence {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let states = run.states()?;
+        let (mut loads, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        for precursor in one_by_one(run) {
+            let is_global = precursor.blocks_slipped == run.header.blocks;
+            if precursor.blocks_slipped < self.from_blocks || is_global && !self.global_slip {
+                continue;
+            }
+            let at_onset = states.at_precursor_onset(precursor.start.onset_step);
+            let at_end = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
+            if let Some((at_onset, at_end)) = at_onset.zip(at_end) {
+                loads.push(precursor.start.ft_fn_onset);
+                before.push(profile(run, at_onset)?);
+                after.push(profile(run, at_end)?);
+            }
         }
-        let sign = if any_mirrored { "±" } else { "" };
-        series.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
+        if loads.is_empty() {
+            let precursor = format!("precursor of {} blocks or more", self.from_blocks);
+            let with = "states at its onset and its end (recording.event_fields = true has them recorded)";
+            return Err(format!("run {} has no {precursor} with {with}", run.name));
+        }
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
+        let colours = Colours::of(scale, On::Lines);
+        let end = f64::from(run.columns()) + 0.5;
+        let panels = [("before each precursor", before), ("after each precursor", after)];
+        let panels = panels.map(|(title, profiles)| {
+            let line = |(points, load): (_, &_)| Layer::line("", points, Dash::Solid, colours.nearest(*load));
+            let profiles = profiles.into_iter().zip(&loads).map(line);
+            let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
+            Panel::new(x, y, profiles.chain(coefficient_lines(run, end)).collect()).titled(title)
+        });
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
     }
-    series.push(Layer::line("τ_n", tau, Dash::Solid, INK));
-    let x = Scale::between("x (mm)", 0.0, run.plan.length_m * 1e3);
-    let of_one_row = run.of_one_row().is_some();
-    let y = Scale::free(if of_one_row { "force per block (N)" } else { "mean force per contact (N)" });
-    Panel::new(x, y, series).titled(format!(
-        "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
-        fields.time_s,
-        record.normal_load_n,
-        pull_ratio(record),
-        if record.end_forces_n.is_some() { ", both ends added" } else { "" }
-    ))
+}
+
+/// `tau_n / p_n` of every block in a state, over an area that of the sums over each column; where a contact bears
+/// nothing, nothing is shown.
+fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
+    let [tau_n, p_n] = [&state.tangential_force_n, &loads(run, state)?.1].map(|of| along(run, of));
+    let ratios = tau_n.iter().zip(&p_n).zip(1..).filter(|((_, p_n), _)| **p_n != 0.0);
+    Ok(ratios.map(|((tau_n, p_n), n)| (f64::from(n), tau_n / p_n)).collect())
+}
+
+keys! {
+    JunctionForces: run;
+
+    /// Instants, s; the recorded state nearest to each is shown.
+    at_s: Vec<f64>,
+    /// Whether to show as well the states after the first precursor of five blocks or more, and after the
+    /// first global slip, among slip events.
+    #[serde(default)]
+    after_slips: bool,
+}
+
+impl Figure for JunctionForces {
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData { states: self.after_slips, states_near_s: self.at_s.clone(), ..RequiredData::NOTHING }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+        let law = run.plan.friction.law.junctions().ok_or_else(|| {
+            format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
+        })?;
+        let to_mm = length_mm(run)?;
+        let recorded = run.states()?;
+        let mut states = Vec::from_iter(self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)));
+        if self.after_slips {
+            let precursors = one_by_one(run);
+            let first = |least: u32| precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
+            let least = [FROM_BLOCKS, run.header.blocks].into_iter();
+            let ends = least.filter_map(|least| first(least)?.end.end_step);
+            states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
+        }
+        // Each once, in time.
+        states.retain(|state| !state.junctions_slipping.is_empty());
+        states.sort_by_key(|state| state.step);
+        states.dedup_by_key(|state| state.step);
+        if states.is_empty() {
+            return Err(format!("run {} has no states with junctions at these instants", run.name));
+        }
+        let mut means = coefficient_lines(run, to_mm);
+        means.iter_mut().for_each(|line| line.colour = GREY);
+        let at_start = vec![(0.0, law.width), (to_mm, law.width)];
+        let mut widths = vec![Layer::line("w at the start", at_start, Dash::Dashed, GREY)];
+        for (index, state) in states.into_iter().enumerate() {
+            let along = |values: &[f64]| {
+                let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
+                let places = (0..).map(|n| f64::from(n) * run.plan.spacing_m * 1e3);
+                let shown = values.iter().zip(pinned).map(|(value, is)| if is { *value } else { f64::NAN });
+                places.zip(shown).collect()
+            };
+            let label = format!("t = {:.4} s", state.time_s);
+            // Lines across, for the coefficients, are grey as the pen 3 is.
+            let pen = Pen::nth([0, 1, 2, 4][index % 4], &label);
+            means.push(pen.line(along(&state.pinned_mean_ratio)));
+            widths.push(pen.unlabelled().line(along(&state.pinned_width_ratio)));
+        }
+        let panel = |x: &str, y: &str, series: Vec<Layer>| {
+            Panel::new(Scale::between(x, 0.0, to_mm), Scale::free(y), series)
+        };
+        let upper = panel("", "mean force/(p_n/N_s)", means);
+        Ok(Sheet::stacked(upper, panel("x (mm)", "width", widths)))
+    }
+}
+
+keys! {
+    Onset;
+
+    /// How many blocks to show from the driven end.
+    blocks: u32,
+    /// Whether to show the decay on a logarithmic axis.
+    logarithmic: bool,
+    /// The runs, one in each panel, each with its title.
+    panel: Vec<Labelled>,
+}
+
+/// The least force that is visible on a linear axis, over that on block 1.
+const SEEN: f64 = 0.005;
+
+/// How many blocks are shown on it, over those that bear such a force.
+const ZEROS: f64 = 1.6;
+
+/// Where the logarithmic axis ends, over the force on block 1.
+const FLOOR: f64 = 1e-4;
+
+impl Figure for Onset {
+    of_runs_in!(panel, Panel);
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::STATES
+    }
+
+    /// All but its title.
+    fn part(&self, run: &RunData) -> Result<Panel, String> {
+        let fields = run.states()?.at_first_onset();
+        let fields = fields.ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
+        let tau = &along(run, &fields.tangential_force_n);
+        let (first, log) = (tau[0], self.logarithmic);
+        // Farther on, a linear axis shows nothing but zeros.
+        let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
+        let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
+        let last = f64::from(self.blocks.min(run.columns()));
+        let last = if log { last } else { last.min((seen * ZEROS).ceil()) };
+        let show = |force: f64| if log { force / first } else { force };
+        let line = |label: &str, at: &dyn Fn(f64) -> f64, dash, colour| {
+            let places = (0..=((last - 1.0) / 0.1).round() as usize).map(|i| 1.0 + i as f64 * 0.1);
+            Layer::line(label, places.map(|n| (n, show(at(n)))).collect(), dash, colour)
+        };
+        let mut layers = Vec::new();
+        // Slabs screen a force otherwise than chains do, and so do chains whose contacts have springs of their own.
+        if run.plan.has_decay() {
+            let (at_m, length_m) = (|n: f64| (n - 1.0) * run.plan.spacing_m, run.plan.screening_length_m());
+            let continuous = |n: f64| analytic::stuck_tangential_force(first, 0.0, at_m(n), length_m);
+            layers.push(line("eq. (5.45)", &continuous, Dash::Dashed, BLUE));
+            let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
+            layers.push(line("discrete chain", &|n| first * decay.powf(n - 1.0), Dash::Solid, RED));
+        }
+        let simulated = (1..).zip(tau).take(last as usize).map(|(n, force)| (f64::from(n), show(*force)));
+        layers.push(Layer::marks("simulated", simulated.collect(), Marker::Circle, INK));
+        let y = if log {
+            let level = vec![(0.0, AFFECTED_THRESHOLD), (last + 1.0, AFFECTED_THRESHOLD)];
+            let label = format!("{} %", AFFECTED_THRESHOLD * 100.0);
+            layers.push(Layer::line(label, level, Dash::Dotted, GREY));
+            Scale::powers_between("τ_n/τ_1", FLOOR, 2.0)
+        } else {
+            Scale::between("τ_n (N)", -0.05 * first, 1.1 * first)
+        };
+        Ok(Panel::new(Scale::between(place_name(run), 0.0, last + 1.0), y, layers))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let panels = with_parts(&self.panel, &parts)?.into_iter();
+        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
+    }
 }
 
 #[cfg(test)]
@@ -135,5 +323,132 @@ mod tests {
         let panel = figure.part(&run).unwrap().panels.remove(0);
         let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 70.0], vec![45.0, 90.0, 45.0]));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_sequences {
+    use asperity_record::FieldRecord;
+
+    use super::{Figure, StressSequence};
+    use crate::draw::sheet::Shape;
+    use asperity_numbers::required_data::RequiredData;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    fn figure(toml: &str) -> StressSequence {
+        toml::from_str(&format!("file = 'f.png'\nrun = 'a'\n{toml}")).unwrap()
+    }
+
+    #[test]
+    fn each_precursor_has_the_state_at_its_onset_and_at_its_end() {
+        let mut run = made_up::run("", &EVENTS);
+        run.kept = RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS };
+        let state = |step: u64| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![step as f64; 3],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+            ..FieldRecord::default()
+        };
+        let steps = EVENTS.iter().flat_map(|(onset, end, _)| [*onset, *end]);
+        let states: Vec<FieldRecord> = steps.map(state).collect();
+        made_up::with_states(&mut run, &states);
+        // 400 N on three blocks; the precursors are events 0, 1 and 4, and event 5 is of all blocks.
+        let levels = |toml: &str, panel: usize| -> Vec<f64> {
+            let sheet = figure(toml).part(&run).unwrap();
+            let first = |shape: &Shape| match shape {
+                Shape::Line(points, _) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
+                _ => None,
+            };
+            sheet.panels[panel].layers.iter().filter_map(|layer| first(&layer.shape)).collect()
+        };
+        assert_eq!((levels("", 0), levels("", 1)), (vec![100.0, 200.0, 412.0], vec![101.0, 210.0, 420.0]));
+        assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
+        let refused = figure("from_blocks = 3").part(&run).unwrap_err();
+        assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_junctions {
+    use super::{Figure, JunctionForces};
+    use asperity_numbers::run_data::RunData;
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
+
+    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Vec<super::Panel>, String> {
+        Ok(figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?.panels)
+    }
+
+    #[test]
+    fn each_instant_has_a_line_with_gaps_where_no_junction_is_pinned() {
+        let mut run = made_up::run(LAW, &EVENTS);
+        let state = |step: u64, slipping: u32| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            junctions_slipping: vec![0, slipping, 3],
+            pinned_mean_ratio: vec![0.1, 0.2, 0.3],
+            pinned_width_ratio: vec![0.05, 0.06, step as f64],
+            ..FieldRecord::default()
+        };
+        let states = [state(0, 0), state(510, 100), state(700, 7)];
+        let figure: JunctionForces =
+            toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0, 1.0, 2.0]\nafter_slips = true").unwrap();
+        run.kept = figure.required_data();
+        made_up::with_states(&mut run, &states);
+        // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
+        let panels = panels(&figure, &run).unwrap();
+        let [upper, lower] = &panels[..] else { panic!("two panels") };
+        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
+        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
+        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
+        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
+    }
+
+    #[test]
+    fn runs_without_junctions_or_states_of_them_are_refused() {
+        let figure: JunctionForces = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
+        for (toml, why) in [
+            ("", "run test has no junctions (accepted: friction.law = \"junctions\")"),
+            (LAW, "run test has no states with junctions at these instants"),
+        ] {
+            assert_eq!(panels(&figure, &made_up::run(toml, &EVENTS)).unwrap_err(), why);
+        }
+        let mut one = made_up::run(LAW, &[]);
+        one.run.plan.blocks = 1;
+        assert!(panels(&figure, &one).unwrap_err().starts_with("run test has one block"));
+    }
+}
+
+#[cfg(test)]
+mod tests_of_onsets {
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up;
+
+    use super::{Figure, Onset};
+
+    /// The labels of what is drawn of a run with these keys.
+    fn labels(toml: &str) -> Vec<String> {
+        let mut run = made_up::run(toml, &[(100, 101, &[1])]);
+        let state =
+            FieldRecord { step: 100, tangential_force_n: vec![100.0, 38.0, 14.0], ..FieldRecord::default() };
+        made_up::with_states(&mut run, &[state]);
+        let figure: Onset =
+            toml::from_str("file = 'f.png'\nblocks = 3\nlogarithmic = false\npanel = []").unwrap();
+        figure.part(&run).unwrap().layers.into_iter().map(|layer| layer.label).collect()
+    }
+
+    #[test]
+    fn theory_is_drawn_of_even_springs_alone() {
+        assert_eq!(labels(""), ["eq. (5.45)", "discrete chain", "simulated"]);
+        assert_eq!(labels("disorder.stiffness_offsets = [0, 0.5, 0]"), ["simulated"]);
+        assert_eq!(labels("friction.law = \"rigid\""), ["simulated"]);
     }
 }

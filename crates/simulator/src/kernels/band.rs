@@ -7,20 +7,7 @@
 //! at once ([`SUMS`]), since a single one would wait for its own additions.
 
 use crate::kernels::dense::{LANES, dot, sum_of};
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// Replaces [`ROWS`] rows of the lower band of a symmetric matrix, behind those that are replaced, by its
-        /// Cholesky factor with the diagonal inverted; `false` if the matrix is not positive.
-        factor_rows(band: &mut [f64], width: usize, from: usize) -> bool
-    }
-
-    dispatch! {
-        /// Solves a system by that factor.
-        solve_band(x: &mut [f64], band: &[f64], width: usize)
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// Rows that are multiplied with the same earlier rows, while these are at hand.
 pub(crate) const ROWS: usize = 8;
@@ -86,58 +73,63 @@ impl Rows<'_> {
     }
 }
 
-#[inline(always)]
-fn factor_rows(band: &mut [f64], width: usize, from: usize) -> bool {
-    let (rows, beside) = (band.len() / width, width - 1);
-    let to = (from + ROWS).min(rows);
-    let (before, own) = band.split_at_mut(from * width);
-    // With the rows before these, a few columns of all of them at a time.
-    let factored = Rows { factored: before, width };
-    let first = |i: usize| i.saturating_sub(beside);
-    let groups = (from - first(from)) / LANES;
-    for group in 0..groups {
-        for (i, own) in (from..to).zip(own.chunks_exact_mut(width)) {
-            let start = first(i) + group * LANES;
-            if start + LANES <= from {
-                factored.fill(own, i, start..start + LANES);
+kernel! {
+    /// Replaces [`ROWS`] rows of the lower band of a symmetric matrix, behind those that are replaced, by its
+    /// Cholesky factor with the diagonal inverted; `false` if the matrix is not positive.
+    fn factor_rows(band: &mut [f64], width: usize, from: usize) -> bool {
+        let (rows, beside) = (band.len() / width, width - 1);
+        let to = (from + ROWS).min(rows);
+        let (before, own) = band.split_at_mut(from * width);
+        // With the rows before these, a few columns of all of them at a time.
+        let factored = Rows { factored: before, width };
+        let first = |i: usize| i.saturating_sub(beside);
+        let groups = (from - first(from)) / LANES;
+        for group in 0..groups {
+            for (i, own) in (from..to).zip(own.chunks_exact_mut(width)) {
+                let start = first(i) + group * LANES;
+                if start + LANES <= from {
+                    factored.fill(own, i, start..start + LANES);
+                }
             }
         }
-    }
-    // With each other.
-    for i in from..to {
-        let (before, own) = band.split_at_mut(i * width);
-        let (factored, own) = (Rows { factored: before, width }, &mut own[..width]);
-        let filled = (from - first(i).min(from)) / LANES * LANES;
-        for start in (first(i) + filled..i).step_by(LANES) {
-            factored.fill(own, i, start..(start + LANES).min(i));
+        // With each other.
+        for i in from..to {
+            let (before, own) = band.split_at_mut(i * width);
+            let (factored, own) = (Rows { factored: before, width }, &mut own[..width]);
+            let filled = (from - first(i).min(from)) / LANES * LANES;
+            for start in (first(i) + filled..i).step_by(LANES) {
+                factored.fill(own, i, start..(start + LANES).min(i));
+            }
+            let of_own = &own[first(i) + beside - i..beside];
+            let square = own[beside] - dot(of_own, of_own);
+            // Written so that NaN is refused.
+            let is_positive = square > 0.0;
+            if !is_positive {
+                return false;
+            }
+            own[beside] = 1.0 / square.sqrt();
         }
-        let of_own = &own[first(i) + beside - i..beside];
-        let square = own[beside] - dot(of_own, of_own);
-        // Written so that NaN is refused.
-        let is_positive = square > 0.0;
-        if !is_positive {
-            return false;
-        }
-        own[beside] = 1.0 / square.sqrt();
+        true
     }
-    true
 }
 
-#[inline(always)]
-fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
-    let (rows, beside) = (band.len() / width, width - 1);
-    for i in 0..rows {
-        let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
-        let (before, own) = x.split_at_mut(i);
-        own[0] = (own[0] - dot(&row[first + beside - i..beside], &before[first..])) * row[beside];
-    }
-    for i in (0..rows).rev() {
-        let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
-        let (before, own) = x.split_at_mut(i);
-        own[0] *= row[beside];
-        let times = own[0];
-        for (x, factor) in before[first..].iter_mut().zip(&row[first + beside - i..beside]) {
-            *x -= times * factor;
+kernel! {
+    /// Solves a system by that factor.
+    fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
+        let (rows, beside) = (band.len() / width, width - 1);
+        for i in 0..rows {
+            let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
+            let (before, own) = x.split_at_mut(i);
+            own[0] = (own[0] - dot(&row[first + beside - i..beside], &before[first..])) * row[beside];
+        }
+        for i in (0..rows).rev() {
+            let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
+            let (before, own) = x.split_at_mut(i);
+            own[0] *= row[beside];
+            let times = own[0];
+            for (x, factor) in before[first..].iter_mut().zip(&row[first + beside - i..beside]) {
+                *x -= times * factor;
+            }
         }
     }
 }

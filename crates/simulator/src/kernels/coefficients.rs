@@ -1,21 +1,9 @@
 //! The coefficients of terms ([`crate::chebyshev`]), advanced step by step.
 
-use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::simd::{Simd, kernel};
 
 /// Number of coefficients that are computed.
 pub(crate) const FOLLOWED: usize = 64;
-
-impl Simd {
-    dispatch! {
-        /// Updates the largest magnitudes.
-        note_largest(c: &mut Coefficients)
-    }
-
-    dispatch! {
-        /// Advances by one step: multiplies a sum of terms by `A`, and updates all sums.
-        next_coefficients(c: &mut Coefficients)
-    }
-}
 
 /// Coefficients of a number of steps, by term.
 #[derive(Debug, Clone)]
@@ -56,34 +44,38 @@ impl Coefficients {
     }
 }
 
-#[inline(always)]
-fn note_largest(c: &mut Coefficients) {
-    let Coefficients { now, whole, last, .. } = c;
-    for j in 0..FOLLOWED {
-        whole[j] = whole[j].max(now[j].abs());
-        last[j] = last[j].max(now[j].abs());
+kernel! {
+    /// Updates the largest magnitudes.
+    fn note_largest(c: &mut Coefficients) {
+        let Coefficients { now, whole, last, .. } = c;
+        for j in 0..FOLLOWED {
+            whole[j] = whole[j].max(now[j].abs());
+            last[j] = last[j].max(now[j].abs());
+        }
     }
 }
 
-#[inline(always)]
-fn next_coefficients(c: &mut Coefficients) {
-    let &mut Coefficients { stay, half, sigma, .. } = c;
-    let Coefficients { now, single, double, triple, sums: [first, second, third], .. } = c;
-    for j in 0..FOLLOWED {
-        third[j] += second[j];
-        second[j] += first[j];
-        first[j] += now[j].abs();
-        triple[j] += double[j];
-        double[j] += single[j];
-        single[j] += now[j];
-    }
-    // Each with its neighbours, none beyond the ends; `X w_0 = w_1` without the factor one half.
-    let mut beside = [0.0; FOLLOWED + 2];
-    beside[1..=FOLLOWED].copy_from_slice(now);
-    let (mut below, above) = ([0.0; FOLLOWED], &beside[2..]);
-    below.copy_from_slice(&beside[..FOLLOWED]);
-    below[1] *= 2.0;
-    for j in 0..FOLLOWED {
-        now[j] = stay * now[j] + half * (below[j] + sigma * above[j]);
+kernel! {
+    /// Advances by one step: multiplies a sum of terms by `A`, and updates all sums.
+    fn next_coefficients(c: &mut Coefficients) {
+        let &mut Coefficients { stay, half, sigma, .. } = c;
+        let Coefficients { now, single, double, triple, sums: [first, second, third], .. } = c;
+        for j in 0..FOLLOWED {
+            third[j] += second[j];
+            second[j] += first[j];
+            first[j] += now[j].abs();
+            triple[j] += double[j];
+            double[j] += single[j];
+            single[j] += now[j];
+        }
+        // Each with its neighbours, none beyond the ends; `X w_0 = w_1` without the factor one half.
+        let mut beside = [0.0; FOLLOWED + 2];
+        beside[1..=FOLLOWED].copy_from_slice(now);
+        let (mut below, above) = ([0.0; FOLLOWED], &beside[2..]);
+        below.copy_from_slice(&beside[..FOLLOWED]);
+        below[1] *= 2.0;
+        for j in 0..FOLLOWED {
+            now[j] = stay * now[j] + half * (below[j] + sigma * above[j]);
+        }
     }
 }

@@ -5,33 +5,17 @@ use std::hint::select_unpredictable;
 
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
-use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::simd::{Simd, kernel};
 use crate::kernels::step::is_positive;
 
-impl Simd {
-    dispatch! {
-        /// The force on each contact along one axis, of springs, dashpots and from outside.
-        tangential_force(tau: &mut [f64], springs: &[f64], dashpots: &[f64], outer: &[f64])
-    }
-
-    dispatch! {
-        /// Friction of all contacts, taken from the forces from outside. Returns whether any contact may switch.
-        rub(contacts: &mut Rubbed<'_, D>, law: &L) -> bool where [const D: usize, L: ContactLaw<D>]
-    }
-
-    dispatch! {
-        /// The sum of squares of the velocities of stuck contacts, and the power of the friction of sliding
-        /// ones.
-        rubbed_work(moved: &MovedContacts<'_, D>) -> [f64; 2] where [const D: usize]
-    }
-}
-
-#[inline(always)]
-fn tangential_force(tau: &mut [f64], springs: &[f64], dashpots: &[f64], outer: &[f64]) {
-    let contacts = tau.len();
-    let (springs, dashpots, outer) = (&springs[..contacts], &dashpots[..contacts], &outer[..contacts]);
-    for n in 0..contacts {
-        tau[n] = (springs[n] + dashpots[n]) + outer[n];
+kernel! {
+    /// The force on each contact along one axis, of springs, dashpots and from outside.
+    fn tangential_force(tau: &mut [f64], springs: &[f64], dashpots: &[f64], outer: &[f64]) {
+        let contacts = tau.len();
+        let (springs, dashpots, outer) = (&springs[..contacts], &dashpots[..contacts], &outer[..contacts]);
+        for n in 0..contacts {
+            tau[n] = (springs[n] + dashpots[n]) + outer[n];
+        }
     }
 }
 
@@ -62,11 +46,13 @@ pub(crate) struct Rubbed<'a, const D: usize> {
 /// certainly stays stuck: more than squares and the root round.
 const SURELY_BELOW: f64 = 1.0 - 8.0 * f64::EPSILON;
 
-#[inline(always)]
-fn rub<const D: usize, L: ContactLaw<D>>(contacts: &mut Rubbed<'_, D>, law: &L) -> bool {
-    match contacts.any_slides {
-        true => rub_all::<D, L, true>(contacts, law),
-        false => rub_all::<D, L, false>(contacts, law),
+kernel! {
+    /// Friction of all contacts, taken from the forces from outside. Returns whether any contact may switch.
+    fn rub[const D: usize, L: ContactLaw<D>](contacts: &mut Rubbed<'_, D>, law: &L) -> bool {
+        match contacts.any_slides {
+            true => rub_all::<D, L, true>(contacts, law),
+            false => rub_all::<D, L, false>(contacts, law),
+        }
     }
 }
 
@@ -131,11 +117,14 @@ pub(crate) struct MovedContacts<'a, const D: usize> {
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
-#[inline(always)]
-fn rubbed_work<const D: usize>(moved: &MovedContacts<'_, D>) -> [f64; 2] {
-    match moved.any_slid {
-        true => rubbed_work_of::<D, true>(moved),
-        false => rubbed_work_of::<D, false>(moved),
+kernel! {
+    /// The sum of squares of the velocities of stuck contacts, and the power of the friction of sliding
+    /// ones.
+    fn rubbed_work[const D: usize](moved: &MovedContacts<'_, D>) -> [f64; 2] {
+        match moved.any_slid {
+            true => rubbed_work_of::<D, true>(moved),
+            false => rubbed_work_of::<D, false>(moved),
+        }
     }
 }
 

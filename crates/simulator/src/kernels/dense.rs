@@ -1,18 +1,6 @@
 //! Dense linear algebra for the modes of a lattice: products with the columns of a matrix.
 
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// The product of each column of a matrix with a vector.
-        dots(products: &mut [f64], columns: &[f64], vector: &[f64])
-    }
-
-    dispatch! {
-        /// Adds multiples of the columns of a matrix, in ascending order.
-        add_columns(sum: &mut [f64], columns: &[f64], times: &[f64])
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// Lanes of a sum: its order is the same on every machine.
 pub(super) const LANES: usize = 8;
@@ -42,55 +30,59 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sum_of(lanes)
 }
 
-#[inline(always)]
-fn dots(products: &mut [f64], columns: &[f64], vector: &[f64]) {
-    let size = vector.len();
-    let (groups, rest) = products.as_chunks_mut::<COLUMNS>();
-    let (of_groups, of_rest) = columns.split_at(groups.len() * COLUMNS * size);
-    let (vector_lanes, vector_rest) = vector.as_chunks::<LANES>();
-    for (products, columns) in groups.iter_mut().zip(of_groups.chunks_exact(COLUMNS * size)) {
-        let column = |c: usize| columns[c * size..][..size].as_chunks::<LANES>();
-        let [(a, a_rest), (b, b_rest), (c, c_rest), (d, d_rest)] =
-            [column(0), column(1), column(2), column(3)];
-        let mut lanes = [[0.0; LANES]; COLUMNS];
-        for ((((x, a), b), c), d) in vector_lanes.iter().zip(a).zip(b).zip(c).zip(d) {
-            for lane in 0..LANES {
-                lanes[0][lane] += a[lane] * x[lane];
-                lanes[1][lane] += b[lane] * x[lane];
-                lanes[2][lane] += c[lane] * x[lane];
-                lanes[3][lane] += d[lane] * x[lane];
+kernel! {
+    /// The product of each column of a matrix with a vector.
+    fn dots(products: &mut [f64], columns: &[f64], vector: &[f64]) {
+        let size = vector.len();
+        let (groups, rest) = products.as_chunks_mut::<COLUMNS>();
+        let (of_groups, of_rest) = columns.split_at(groups.len() * COLUMNS * size);
+        let (vector_lanes, vector_rest) = vector.as_chunks::<LANES>();
+        for (products, columns) in groups.iter_mut().zip(of_groups.chunks_exact(COLUMNS * size)) {
+            let column = |c: usize| columns[c * size..][..size].as_chunks::<LANES>();
+            let [(a, a_rest), (b, b_rest), (c, c_rest), (d, d_rest)] =
+                [column(0), column(1), column(2), column(3)];
+            let mut lanes = [[0.0; LANES]; COLUMNS];
+            for ((((x, a), b), c), d) in vector_lanes.iter().zip(a).zip(b).zip(c).zip(d) {
+                for lane in 0..LANES {
+                    lanes[0][lane] += a[lane] * x[lane];
+                    lanes[1][lane] += b[lane] * x[lane];
+                    lanes[2][lane] += c[lane] * x[lane];
+                    lanes[3][lane] += d[lane] * x[lane];
+                }
             }
+            for (lane, x) in vector_rest.iter().enumerate() {
+                lanes[0][lane] += a_rest[lane] * x;
+                lanes[1][lane] += b_rest[lane] * x;
+                lanes[2][lane] += c_rest[lane] * x;
+                lanes[3][lane] += d_rest[lane] * x;
+            }
+            *products = lanes.map(sum_of);
         }
-        for (lane, x) in vector_rest.iter().enumerate() {
-            lanes[0][lane] += a_rest[lane] * x;
-            lanes[1][lane] += b_rest[lane] * x;
-            lanes[2][lane] += c_rest[lane] * x;
-            lanes[3][lane] += d_rest[lane] * x;
+        for (product, column) in rest.iter_mut().zip(of_rest.chunks_exact(size)) {
+            *product = dot(column, vector);
         }
-        *products = lanes.map(sum_of);
-    }
-    for (product, column) in rest.iter_mut().zip(of_rest.chunks_exact(size)) {
-        *product = dot(column, vector);
     }
 }
 
-#[inline(always)]
-fn add_columns(sum: &mut [f64], columns: &[f64], times: &[f64]) {
-    let size = sum.len();
-    let (groups, rest) = times.as_chunks::<COLUMNS>();
-    let (of_groups, of_rest) = columns.split_at(groups.len() * COLUMNS * size);
-    for (times, columns) in groups.iter().zip(of_groups.chunks_exact(COLUMNS * size)) {
-        let (a, columns) = columns.split_at(size);
-        let (b, columns) = columns.split_at(size);
-        let (c, d) = columns.split_at(size);
-        let d = &d[..size];
-        for n in 0..size {
-            sum[n] = (((sum[n] + times[0] * a[n]) + times[1] * b[n]) + times[2] * c[n]) + times[3] * d[n];
+kernel! {
+    /// Adds multiples of the columns of a matrix, in ascending order.
+    fn add_columns(sum: &mut [f64], columns: &[f64], times: &[f64]) {
+        let size = sum.len();
+        let (groups, rest) = times.as_chunks::<COLUMNS>();
+        let (of_groups, of_rest) = columns.split_at(groups.len() * COLUMNS * size);
+        for (times, columns) in groups.iter().zip(of_groups.chunks_exact(COLUMNS * size)) {
+            let (a, columns) = columns.split_at(size);
+            let (b, columns) = columns.split_at(size);
+            let (c, d) = columns.split_at(size);
+            let d = &d[..size];
+            for n in 0..size {
+                sum[n] = (((sum[n] + times[0] * a[n]) + times[1] * b[n]) + times[2] * c[n]) + times[3] * d[n];
+            }
         }
-    }
-    for (times, column) in rest.iter().zip(of_rest.chunks_exact(size)) {
-        for (sum, x) in sum.iter_mut().zip(column) {
-            *sum += times * x;
+        for (times, column) in rest.iter().zip(of_rest.chunks_exact(size)) {
+            for (sum, x) in sum.iter_mut().zip(column) {
+                *sum += times * x;
+            }
         }
     }
 }

@@ -7,35 +7,7 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// The work of one step; for a law without friction springs, evaluated after stuck blocks have
-        /// stopped.
-        step_work(moved: &Moved<'_>, law: &L) -> StepWork where [L: ContactLaw]
-    }
-
-    dispatch! {
-        /// `v v'` summed over the contacts whose mark is not 0.
-        sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64
-    }
-
-    dispatch! {
-        /// Energies of a state.
-        stored(state: &Stored<'_>) -> StoredEnergy
-    }
-
-    dispatch! {
-        /// Sums of products of a state and of its change in a step.
-        forms(state: &Changing<'_>) -> Forms
-    }
-
-    dispatch! {
-        /// `sum_n sigma_n f_n u_n`.
-        directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// A completed step.
 pub(crate) struct Moved<'a> {
@@ -102,41 +74,44 @@ macro_rules! sums {
     }};
 }
 
-#[inline(always)]
-fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
-    let chain = moved.chain;
-    let &Moved { v, v_new, tau, slip, sliding_friction, memory, kt, dt, mass, .. } = moved;
-    let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64, n: usize| {
-        let [friction] = law.drag_n(&Sliding {
-            velocity_m_per_s: [v],
-            tangential_force_n: [tau],
-            friction_n: sliding_friction,
-            step_over_mass_s_per_kg: dt / mass,
-            memory: memory_of::<1, L>(memory, n),
-        });
-        select_unpredictable(slip != 0.0, friction * v_new, 0.0)
-    };
-    let scheme = |v: f64, v_new: f64, slip: f64, kt: f64, bent: f64| {
-        let held = select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * v_new * v_new);
-        let d = v_new - v;
-        dt * dt * (bent + held) - 0.5 * mass * d * d
-    };
-    let last = v.len() - 1;
-    let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
-    let [friction_w, dampers_w, scheme_j] = sums!(
-        last,
-        (v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt),
-        |n of from| [
-            rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
-            chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
-            scheme(v[n], v_new[n], slip[n], kt[n], chain.bond_energy(v_new_next[n] - v_new[n]))
-        ]
-    );
-    StepWork {
-        friction_w: friction_w
-            + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),
-        dampers_w,
-        scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], kt[last], 0.0),
+kernel! {
+    /// The work of one step; for a law without friction springs, evaluated after stuck blocks have
+    /// stopped.
+    fn step_work[L: ContactLaw](moved: &Moved<'_>, law: &L) -> StepWork {
+        let chain = moved.chain;
+        let &Moved { v, v_new, tau, slip, sliding_friction, memory, kt, dt, mass, .. } = moved;
+        let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64, n: usize| {
+            let [friction] = law.drag_n(&Sliding {
+                velocity_m_per_s: [v],
+                tangential_force_n: [tau],
+                friction_n: sliding_friction,
+                step_over_mass_s_per_kg: dt / mass,
+                memory: memory_of::<1, L>(memory, n),
+            });
+            select_unpredictable(slip != 0.0, friction * v_new, 0.0)
+        };
+        let scheme = |v: f64, v_new: f64, slip: f64, kt: f64, bent: f64| {
+            let held = select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * v_new * v_new);
+            let d = v_new - v;
+            dt * dt * (bent + held) - 0.5 * mass * d * d
+        };
+        let last = v.len() - 1;
+        let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
+        let [friction_w, dampers_w, scheme_j] = sums!(
+            last,
+            (v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt),
+            |n of from| [
+                rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
+                chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
+                scheme(v[n], v_new[n], slip[n], kt[n], chain.bond_energy(v_new_next[n] - v_new[n]))
+            ]
+        );
+        StepWork {
+            friction_w: friction_w
+                + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),
+            dampers_w,
+            scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], kt[last], 0.0),
+        }
     }
 }
 
@@ -159,22 +134,24 @@ pub(crate) struct StoredEnergy {
     pub(crate) elastic_j: f64,
 }
 
-#[inline(always)]
-fn stored(state: &Stored<'_>) -> StoredEnergy {
-    let chain = state.chain;
-    let &Stored { u, v, u_stick, slip, kt, .. } = state;
-    let held = |u: f64, u_stick: f64, slip: f64, kt: f64| {
-        select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
-    };
-    let last = u.len() - 1;
-    let u_next = &u[1..];
-    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip, kt), |n of from| [
-        v[n] * v[n],
-        held(u[n], u_stick[n], slip[n], kt[n]) + chain.bond_energy(u_next[n] - u[n])
-    ]);
-    StoredEnergy {
-        square: square + v[last] * v[last],
-        elastic_j: elastic_j + held(u[last], u_stick[last], slip[last], kt[last]),
+kernel! {
+    /// Energies of a state.
+    fn stored(state: &Stored<'_>) -> StoredEnergy {
+        let chain = state.chain;
+        let &Stored { u, v, u_stick, slip, kt, .. } = state;
+        let held = |u: f64, u_stick: f64, slip: f64, kt: f64| {
+            select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
+        };
+        let last = u.len() - 1;
+        let u_next = &u[1..];
+        let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip, kt), |n of from| [
+            v[n] * v[n],
+            held(u[n], u_stick[n], slip[n], kt[n]) + chain.bond_energy(u_next[n] - u[n])
+        ]);
+        StoredEnergy {
+            square: square + v[last] * v[last],
+            elastic_j: elastic_j + held(u[last], u_stick[last], slip[last], kt[last]),
+        }
     }
 }
 
@@ -200,39 +177,45 @@ pub(crate) struct Forms {
     pub(crate) elastic: f64,
 }
 
-#[inline(always)]
-fn forms(state: &Changing<'_>) -> Forms {
-    let chain = state.chain;
-    let &Changing { u, v, d_v, spring, .. } = state;
-    let last = u.len() - 1;
-    let (u_next, v_next) = (&u[1..], &v[1..]);
-    let held = |spring: f64, u: f64| 0.5 * spring * u * u;
-    let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n of from| [
-        v[n] * v[n],
-        v[n] * d_v[n],
-        chain.bond_loss(v_next[n] - v[n], v_next[n] - v[n]),
-        held(spring[n], u[n]) + chain.bond_energy(u_next[n] - u[n])
-    ]);
-    Forms {
-        square: square + v[last] * v[last],
-        mixed: mixed + v[last] * d_v[last],
-        loss,
-        elastic: elastic + held(spring[last], u[last]),
+kernel! {
+    /// Sums of products of a state and of its change in a step.
+    fn forms(state: &Changing<'_>) -> Forms {
+        let chain = state.chain;
+        let &Changing { u, v, d_v, spring, .. } = state;
+        let last = u.len() - 1;
+        let (u_next, v_next) = (&u[1..], &v[1..]);
+        let held = |spring: f64, u: f64| 0.5 * spring * u * u;
+        let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n of from| [
+            v[n] * v[n],
+            v[n] * d_v[n],
+            chain.bond_loss(v_next[n] - v[n], v_next[n] - v[n]),
+            held(spring[n], u[n]) + chain.bond_energy(u_next[n] - u[n])
+        ]);
+        Forms {
+            square: square + v[last] * v[last],
+            mixed: mixed + v[last] * d_v[last],
+            loss,
+            elastic: elastic + held(spring[last], u[last]),
+        }
     }
 }
 
-#[inline(always)]
-fn sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64 {
-    let [product] = sums!(mark.len(), (mark, v, v_new), |n of from| [
-        select_unpredictable(mark[n] != 0.0, v[n] * v_new[n], 0.0)
-    ]);
-    product
+kernel! {
+    /// `v v'` summed over the contacts whose mark is not 0.
+    fn sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64 {
+        let [product] = sums!(mark.len(), (mark, v, v_new), |n of from| [
+            select_unpredictable(mark[n] != 0.0, v[n] * v_new[n], 0.0)
+        ]);
+        product
+    }
 }
 
-#[inline(always)]
-fn directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64 {
-    let [way_j] = sums!(u.len(), (sigma, friction, u), |n of from| [sigma[n] * friction[n] * u[n]]);
-    way_j
+kernel! {
+    /// `sum_n sigma_n f_n u_n`.
+    fn directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64 {
+        let [way_j] = sums!(u.len(), (sigma, friction, u), |n of from| [sigma[n] * friction[n] * u[n]]);
+        way_j
+    }
 }
 
 /// The sum of eight lanes, in one order.

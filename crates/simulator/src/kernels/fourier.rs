@@ -1,34 +1,9 @@
 //! Fourier sums, and the interpolation between their grid and arbitrary wave numbers.
 
-use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::simd::{Simd, kernel};
 
 /// Grid points used to interpolate at a wave number.
 pub(crate) const NEAR: usize = 16;
-
-impl Simd {
-    dispatch! {
-        /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
-        fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2])
-    }
-
-    dispatch! {
-        /// For each wave number, the sums over its grid points of weights times values.
-        gather(sums: &mut [[f64; 4]], near: &Near<'_>, values: [&[f64]; 2])
-    }
-
-    dispatch! {
-        /// Adds to the values at the grid points of each wave number the real parts of weights times
-        /// two complex coordinates.
-        spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]])
-    }
-}
-
-impl Simd {
-    dispatch! {
-        /// The Bessel function `I_0(2 sqrt(z))` of complex numbers, by its power series `sum z^k / k!^2`.
-        bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR])
-    }
-}
 
 /// `1 / k^2`, from 1 on: more terms than any series needs.
 const OVER_SQUARES: [f64; 127] = {
@@ -56,34 +31,36 @@ pub(crate) struct Near<'a> {
     pub(crate) im: &'a [[f64; NEAR]],
 }
 
-/// Radix 4, with a final radix 2 if the power of two is odd; Stockham's order, which needs no bit
-/// reversal.
-#[inline(always)]
-fn fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2]) {
-    let Parts(mut re, mut im) = values;
-    let Parts(mut to_re, mut to_im) = scratch;
-    let size = re.len();
-    let (mut left, mut stride, mut swapped) = (size, 1, false);
-    while left > 1 {
-        if left.is_multiple_of(4) {
-            by_four([re, im], [to_re, to_im], [left, stride], turns);
-            (left, stride) = (left / 4, stride * 4);
-        } else {
-            for q in 0..stride {
-                for (from, to) in [(&*re, &mut *to_re), (&*im, &mut *to_im)] {
-                    let (a, b) = (from[q], from[stride + q]);
-                    (to[q], to[stride + q]) = (a + b, a - b);
+kernel! {
+    /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
+    /// Radix 4, with a final radix 2 if the power of two is odd; Stockham's order, which needs no bit
+    /// reversal.
+    fn fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2]) {
+        let Parts(mut re, mut im) = values;
+        let Parts(mut to_re, mut to_im) = scratch;
+        let size = re.len();
+        let (mut left, mut stride, mut swapped) = (size, 1, false);
+        while left > 1 {
+            if left.is_multiple_of(4) {
+                by_four([re, im], [to_re, to_im], [left, stride], turns);
+                (left, stride) = (left / 4, stride * 4);
+            } else {
+                for q in 0..stride {
+                    for (from, to) in [(&*re, &mut *to_re), (&*im, &mut *to_im)] {
+                        let (a, b) = (from[q], from[stride + q]);
+                        (to[q], to[stride + q]) = (a + b, a - b);
+                    }
                 }
+                (left, stride) = (left / 2, stride * 2);
             }
-            (left, stride) = (left / 2, stride * 2);
+            std::mem::swap(&mut re, &mut to_re);
+            std::mem::swap(&mut im, &mut to_im);
+            swapped = !swapped;
         }
-        std::mem::swap(&mut re, &mut to_re);
-        std::mem::swap(&mut im, &mut to_im);
-        swapped = !swapped;
-    }
-    if swapped {
-        to_re.copy_from_slice(re);
-        to_im.copy_from_slice(im);
+        if swapped {
+            to_re.copy_from_slice(re);
+            to_im.copy_from_slice(im);
+        }
     }
 }
 
@@ -126,58 +103,66 @@ fn by_four(
     }
 }
 
-#[inline(always)]
-fn gather(sums: &mut [[f64; 4]], near: &Near<'_>, [u, v]: [&[f64]; 2]) {
-    for (((sums, first), re), im) in sums.iter_mut().zip(near.first).zip(near.re).zip(near.im) {
-        let from = *first as usize;
-        let (u, v) = (&u[from..][..NEAR], &v[from..][..NEAR]);
-        let (mut u_re, mut u_im, mut v_re, mut v_im) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
-        for at in (0..NEAR).step_by(8) {
-            let (re, im, u, v) = (&re[at..at + 8], &im[at..at + 8], &u[at..at + 8], &v[at..at + 8]);
-            for lane in 0..8 {
-                u_re[lane] += re[lane] * u[lane];
-                u_im[lane] += im[lane] * u[lane];
-                v_re[lane] += re[lane] * v[lane];
-                v_im[lane] += im[lane] * v[lane];
+kernel! {
+    /// For each wave number, the sums over its grid points of weights times values.
+    fn gather(sums: &mut [[f64; 4]], near: &Near<'_>, of: [&[f64]; 2]) {
+        let [u, v] = of;
+        for (((sums, first), re), im) in sums.iter_mut().zip(near.first).zip(near.re).zip(near.im) {
+            let from = *first as usize;
+            let (u, v) = (&u[from..][..NEAR], &v[from..][..NEAR]);
+            let (mut u_re, mut u_im, mut v_re, mut v_im) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
+            for at in (0..NEAR).step_by(8) {
+                let (re, im, u, v) = (&re[at..at + 8], &im[at..at + 8], &u[at..at + 8], &v[at..at + 8]);
+                for lane in 0..8 {
+                    u_re[lane] += re[lane] * u[lane];
+                    u_im[lane] += im[lane] * u[lane];
+                    v_re[lane] += re[lane] * v[lane];
+                    v_im[lane] += im[lane] * v[lane];
+                }
+            }
+            *sums = [total(&u_re), total(&u_im), total(&v_re), total(&v_im)];
+        }
+    }
+}
+
+kernel! {
+    /// Adds to the values at the grid points of each wave number the real parts of weights times
+    /// two complex coordinates.
+    fn spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]]) {
+        let Parts(u, v) = values;
+        for (((of, first), re), im) in coordinates.iter().zip(near.first).zip(near.re).zip(near.im) {
+            let from = *first as usize;
+            let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
+            for t in 0..NEAR {
+                u[t] += of[0] * re[t] - of[1] * im[t];
+                v[t] += of[2] * re[t] - of[3] * im[t];
             }
         }
-        *sums = [total(&u_re), total(&u_im), total(&v_re), total(&v_im)];
     }
 }
 
-#[inline(always)]
-fn spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]]) {
-    let Parts(u, v) = values;
-    for (((of, first), re), im) in coordinates.iter().zip(near.first).zip(near.re).zip(near.im) {
-        let from = *first as usize;
-        let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
-        for t in 0..NEAR {
-            u[t] += of[0] * re[t] - of[1] * im[t];
-            v[t] += of[2] * re[t] - of[3] * im[t];
-        }
-    }
-}
-
-#[inline(always)]
-fn bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR]) {
-    let (z_re, z_im) = (*re, *im);
-    let (mut term_re, mut term_im) = ([1.0; NEAR], [0.0; NEAR]);
-    (*re, *im) = (term_re, term_im);
-    for over_square in OVER_SQUARES {
-        let mut going_on = 0;
-        for t in 0..NEAR {
-            let (x, y) = (term_re[t], term_im[t]);
-            let (x, y) =
-                ((x * z_re[t] - y * z_im[t]) * over_square, (x * z_im[t] + y * z_re[t]) * over_square);
-            re[t] += x;
-            im[t] += y;
-            // A sum that has converged is no longer changed.
-            let goes_on = x * x + y * y > NO_PART * (re[t] * re[t] + im[t] * im[t]);
-            (term_re[t], term_im[t]) = if goes_on { (x, y) } else { (0.0, 0.0) };
-            going_on += u64::from(goes_on);
-        }
-        if going_on == 0 {
-            break;
+kernel! {
+    /// The Bessel function `I_0(2 sqrt(z))` of complex numbers, by its power series `sum z^k / k!^2`.
+    fn bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR]) {
+        let (z_re, z_im) = (*re, *im);
+        let (mut term_re, mut term_im) = ([1.0; NEAR], [0.0; NEAR]);
+        (*re, *im) = (term_re, term_im);
+        for over_square in OVER_SQUARES {
+            let mut going_on = 0;
+            for t in 0..NEAR {
+                let (x, y) = (term_re[t], term_im[t]);
+                let (x, y) =
+                    ((x * z_re[t] - y * z_im[t]) * over_square, (x * z_im[t] + y * z_re[t]) * over_square);
+                re[t] += x;
+                im[t] += y;
+                // A sum that has converged is no longer changed.
+                let goes_on = x * x + y * y > NO_PART * (re[t] * re[t] + im[t] * im[t]);
+                (term_re[t], term_im[t]) = if goes_on { (x, y) } else { (0.0, 0.0) };
+                going_on += u64::from(goes_on);
+            }
+            if going_on == 0 {
+                break;
+            }
         }
     }
 }

@@ -3,26 +3,7 @@
 use std::hint::select_unpredictable;
 
 use crate::kernels::simd::sign;
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// How far each block stays from switching over a window; returns whether the bounds fail to
-        /// exclude a switch of any block.
-        margins(kept: &mut [f64], course: &Course<'_>) -> bool
-    }
-
-    dispatch! {
-        /// Steps until the first guard would reach its limit at its present rate.
-        first_crossing(guarded: &Guarded<'_>) -> f64
-    }
-
-    dispatch! {
-        /// Steps until the first guard would reach its limit, from the forces and velocities of two
-        /// steps; thresholds fall by the share `decline` in each step.
-        crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// Reserve of the bounds for truncation and rounding, for one length of window: of forces of stuck
 /// blocks and velocities of sliding ones.
@@ -91,26 +72,29 @@ pub(crate) fn margin(
     limit + if tangent > chord { tangent } else { chord }
 }
 
-#[inline(always)]
-fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
-    let blocks = kept.len();
-    let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, decline, steps, reserve } =
-        course;
-    let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
-    let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
-    let mut any = 0u64;
-    for n in 0..blocks {
-        let tangent = now[n] + steps * rate[n];
-        let unit = select_unpredictable(sigma[n] == 0.0, stuck_unit, sliding_unit);
-        let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
-        let thresholds = [threshold[n], threshold[n] * decline];
-        let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
-        kept[n] = margin;
-        // Written so that NaN counts as a possible switch.
-        let stays = margin > 0.0;
-        any |= u64::from(!stays);
+kernel! {
+    /// How far each block stays from switching over a window; returns whether the bounds fail to
+    /// exclude a switch of any block.
+    fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
+        let blocks = kept.len();
+        let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, decline, steps, reserve } =
+            course;
+        let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
+        let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
+        let mut any = 0u64;
+        for n in 0..blocks {
+            let tangent = now[n] + steps * rate[n];
+            let unit = select_unpredictable(sigma[n] == 0.0, stuck_unit, sliding_unit);
+            let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
+            let thresholds = [threshold[n], threshold[n] * decline];
+            let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
+            kept[n] = margin;
+            // Written so that NaN counts as a possible switch.
+            let stays = margin > 0.0;
+            any |= u64::from(!stays);
+        }
+        any != 0
     }
-    any != 0
 }
 
 /// Guards of blocks, and the limits at which they switch.
@@ -123,16 +107,18 @@ pub(crate) struct Guarded<'a> {
     pub(crate) decline: f64,
 }
 
-#[inline(always)]
-fn first_crossing(guarded: &Guarded<'_>) -> f64 {
-    let blocks = guarded.now.len();
-    let &Guarded { now, rate, sigma, limit, decline } = guarded;
-    let (rate, sigma, limit) = (&rate[..blocks], &sigma[..blocks], &limit[..blocks]);
-    let mut first = NEVER;
-    for n in 0..blocks {
-        first = first.min(crossing(now[n], rate[n], sigma[n], limit[n], decline));
+kernel! {
+    /// Steps until the first guard would reach its limit at its present rate.
+    fn first_crossing(guarded: &Guarded<'_>) -> f64 {
+        let blocks = guarded.now.len();
+        let &Guarded { now, rate, sigma, limit, decline } = guarded;
+        let (rate, sigma, limit) = (&rate[..blocks], &sigma[..blocks], &limit[..blocks]);
+        let mut first = NEVER;
+        for n in 0..blocks {
+            first = first.min(crossing(now[n], rate[n], sigma[n], limit[n], decline));
+        }
+        f64::from_bits(first as u64)
     }
-    f64::from_bits(first as u64)
 }
 
 /// Forces and velocities of a step, and of the one before it.
@@ -143,20 +129,23 @@ pub(crate) struct Steps<'a> {
     pub(crate) v_before: &'a [f64],
 }
 
-#[inline(always)]
-fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
-    let blocks = slip.len();
-    let &Steps { tau, tau_before, v, v_before } = steps;
-    let (tau, tau_before) = (&tau[..blocks], &tau_before[..blocks]);
-    let (v, v_before, threshold) = (&v[..blocks], &v_before[..blocks], &threshold[..blocks]);
-    let mut first = NEVER;
-    for n in 0..blocks {
-        let stuck = slip[n] == 0.0;
-        let now = select_unpredictable(stuck, tau[n], v[n]);
-        let rate = now - select_unpredictable(stuck, tau_before[n], v_before[n]);
-        first = first.min(crossing(now, rate, slip[n] * sign(v[n]), threshold[n], decline));
+kernel! {
+    /// Steps until the first guard would reach its limit, from the forces and velocities of two
+    /// steps; thresholds fall by the share `decline` in each step.
+    fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
+        let blocks = slip.len();
+        let &Steps { tau, tau_before, v, v_before } = steps;
+        let (tau, tau_before) = (&tau[..blocks], &tau_before[..blocks]);
+        let (v, v_before, threshold) = (&v[..blocks], &v_before[..blocks], &threshold[..blocks]);
+        let mut first = NEVER;
+        for n in 0..blocks {
+            let stuck = slip[n] == 0.0;
+            let now = select_unpredictable(stuck, tau[n], v[n]);
+            let rate = now - select_unpredictable(stuck, tau_before[n], v_before[n]);
+            first = first.min(crossing(now, rate, slip[n] * sign(v[n]), threshold[n], decline));
+        }
+        f64::from_bits(first as u64)
     }
-    f64::from_bits(first as u64)
 }
 
 /// The bits of infinity.

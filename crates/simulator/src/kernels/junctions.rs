@@ -2,40 +2,7 @@
 
 use std::hint::select_unpredictable;
 
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// Drags the outermost anchors of slipping junctions; computes the mean of all anchors of each contact, and
-        /// the heat of the drag. Marks contacts in which more happens in this step, by 1; returns whether there are
-        /// any.
-        drag(
-            low_m: &mut [f64],
-            high_m: &mut [f64],
-            mean_anchor_m: &mut [f64],
-            heat_j: &mut [f64],
-            marks: &mut [f64],
-            at: &Bearing<'_>
-        ) -> bool
-    }
-
-    dispatch! {
-        /// The friction `K (u - x)` of contacts of stiffness `K` with the mean anchor `x`, and what is left of the
-        /// forces from outside.
-        resist(
-            friction_n: &mut [f64],
-            outer_n: &mut [f64],
-            stiffness_n_per_m: &[f64],
-            u: &[f64],
-            mean_anchor_m: &[f64]
-        )
-    }
-
-    dispatch! {
-        /// The sum of the heat of contacts, and that of `k_n v v`.
-        heat_and_stretch(heat_j: &[f64], stiffness_n_per_m: &[f64], v: &[f64]) -> [f64; 2]
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// Contacts before a step: one number for each.
 pub(crate) struct Bearing<'a> {
@@ -63,98 +30,107 @@ pub(crate) struct Bearing<'a> {
     pub(crate) share: f64,
 }
 
-#[inline(always)]
-fn drag(
-    low_m: &mut [f64],
-    high_m: &mut [f64],
-    mean_anchor_m: &mut [f64],
-    heat_j: &mut [f64],
-    marks: &mut [f64],
-    at: &Bearing<'_>,
-) -> bool {
-    let contacts = at.u.len();
-    let (low, high, mean_anchor) =
-        (&mut low_m[..contacts], &mut high_m[..contacts], &mut mean_anchor_m[..contacts]);
-    let (heat, marks) = (&mut heat_j[..contacts], &mut marks[..contacts]);
-    macro_rules! of_contacts {
-        ($($name:ident = $field:ident),*) => {
-            $(let $name = &at.$field[..contacts];)*
-        };
-    }
-    of_contacts!(
-        u = u,
-        threshold = threshold_n,
-        sliding_friction = sliding_friction_n,
-        stiffness = stiffness_n_per_m
-    );
-    of_contacts!(
-        low_count = low_count,
-        high_count = high_count,
-        others = other_anchors_m,
-        due_step = due_step
-    );
-    of_contacts!(compliance = compliance_m_per_n);
-    of_contacts!(above_low = above_low_m, below_high = below_high_m);
-    of_contacts!(pinned_low = pinned_low_m, pinned_high = pinned_high_m);
-    let &Bearing { step, share, .. } = at;
-    let mut any = 0;
-    for n in 0..contacts {
-        let (u, k) = (u[n], stiffness[n]);
-        let reach = sliding_friction[n] * compliance[n];
-        let dragged = |x: f64| x.max(u - reach).min(u + reach);
-        let (new_low, new_high) = (dragged(low[n]), dragged(high[n]));
-        // Energy of a spring before its anchor moves, less that after.
-        let released = |from: f64, to: f64| (to - from) * ((u - from) + (u - to));
-        heat[n] = 0.5
-            * k
-            * (low_count[n] * released(low[n], new_low) + high_count[n] * released(high[n], new_high));
-        (low[n], high[n]) = (new_low, new_high);
-        let anchors = others[n] + (low_count[n] * new_low + high_count[n] * new_high);
-        mean_anchor[n] = anchors * share;
-        let strength = threshold[n] * share;
-        let breaks =
-            (k * (u - pinned_low[n]).abs() >= strength) | (k * (u - pinned_high[n]).abs() >= strength);
-        let meets = (new_low >= above_low[n]) | (new_high <= below_high[n]);
-        let meets = meets | ((high_count[n] > 0.0) & (new_low >= new_high));
-        marks[n] = select_unpredictable(breaks | meets | (due_step[n] <= step), 1.0, 0.0);
-        any |= marks[n].to_bits();
-    }
-    any != 0
-}
-
-#[inline(always)]
-fn resist(
-    friction_n: &mut [f64],
-    outer_n: &mut [f64],
-    stiffness_n_per_m: &[f64],
-    u: &[f64],
-    mean_anchor_m: &[f64],
-) {
-    let contacts = friction_n.len();
-    let (outer, stiffness) = (&mut outer_n[..contacts], &stiffness_n_per_m[..contacts]);
-    let (u, mean_anchor) = (&u[..contacts], &mean_anchor_m[..contacts]);
-    for n in 0..contacts {
-        friction_n[n] = stiffness[n] * (u[n] - mean_anchor[n]);
-        outer[n] -= friction_n[n];
+kernel! {
+    /// Drags the outermost anchors of slipping junctions; computes the mean of all anchors of each contact, and
+    /// the heat of the drag. Marks contacts in which more happens in this step, by 1; returns whether there are
+    /// any.
+    fn drag(
+        low_m: &mut [f64],
+        high_m: &mut [f64],
+        mean_anchor_m: &mut [f64],
+        heat_j: &mut [f64],
+        marks: &mut [f64],
+        at: &Bearing<'_>,
+    ) -> bool {
+        let contacts = at.u.len();
+        let (low, high, mean_anchor) =
+            (&mut low_m[..contacts], &mut high_m[..contacts], &mut mean_anchor_m[..contacts]);
+        let (heat, marks) = (&mut heat_j[..contacts], &mut marks[..contacts]);
+        macro_rules! of_contacts {
+            ($($name:ident = $field:ident),*) => {
+                $(let $name = &at.$field[..contacts];)*
+            };
+        }
+        of_contacts!(
+            u = u,
+            threshold = threshold_n,
+            sliding_friction = sliding_friction_n,
+            stiffness = stiffness_n_per_m
+        );
+        of_contacts!(
+            low_count = low_count,
+            high_count = high_count,
+            others = other_anchors_m,
+            due_step = due_step
+        );
+        of_contacts!(compliance = compliance_m_per_n);
+        of_contacts!(above_low = above_low_m, below_high = below_high_m);
+        of_contacts!(pinned_low = pinned_low_m, pinned_high = pinned_high_m);
+        let &Bearing { step, share, .. } = at;
+        let mut any = 0;
+        for n in 0..contacts {
+            let (u, k) = (u[n], stiffness[n]);
+            let reach = sliding_friction[n] * compliance[n];
+            let dragged = |x: f64| x.max(u - reach).min(u + reach);
+            let (new_low, new_high) = (dragged(low[n]), dragged(high[n]));
+            // Energy of a spring before its anchor moves, less that after.
+            let released = |from: f64, to: f64| (to - from) * ((u - from) + (u - to));
+            heat[n] = 0.5
+                * k
+                * (low_count[n] * released(low[n], new_low) + high_count[n] * released(high[n], new_high));
+            (low[n], high[n]) = (new_low, new_high);
+            let anchors = others[n] + (low_count[n] * new_low + high_count[n] * new_high);
+            mean_anchor[n] = anchors * share;
+            let strength = threshold[n] * share;
+            let breaks =
+                (k * (u - pinned_low[n]).abs() >= strength) | (k * (u - pinned_high[n]).abs() >= strength);
+            let meets = (new_low >= above_low[n]) | (new_high <= below_high[n]);
+            let meets = meets | ((high_count[n] > 0.0) & (new_low >= new_high));
+            marks[n] = select_unpredictable(breaks | meets | (due_step[n] <= step), 1.0, 0.0);
+            any |= marks[n].to_bits();
+        }
+        any != 0
     }
 }
 
-#[inline(always)]
-fn heat_and_stretch(heat_j: &[f64], stiffness_n_per_m: &[f64], v: &[f64]) -> [f64; 2] {
-    let contacts = heat_j.len();
-    let (stiffness, v) = (&stiffness_n_per_m[..contacts], &v[..contacts]);
-    // Lanes: the order of the sums is the same on every machine.
-    let mut lanes = [[0.0; 8]; 2];
-    let whole = contacts - contacts % 8;
-    for at in (0..whole).step_by(8) {
-        for lane in 0..8 {
-            lanes[0][lane] += heat_j[at + lane];
-            lanes[1][lane] += stiffness[at + lane] * v[at + lane] * v[at + lane];
+kernel! {
+    /// The friction `K (u - x)` of contacts of stiffness `K` with the mean anchor `x`, and what is left of the
+    /// forces from outside.
+    fn resist(
+        friction_n: &mut [f64],
+        outer_n: &mut [f64],
+        stiffness_n_per_m: &[f64],
+        u: &[f64],
+        mean_anchor_m: &[f64],
+    ) {
+        let contacts = friction_n.len();
+        let (outer, stiffness) = (&mut outer_n[..contacts], &stiffness_n_per_m[..contacts]);
+        let (u, mean_anchor) = (&u[..contacts], &mean_anchor_m[..contacts]);
+        for n in 0..contacts {
+            friction_n[n] = stiffness[n] * (u[n] - mean_anchor[n]);
+            outer[n] -= friction_n[n];
         }
     }
-    for n in whole..contacts {
-        lanes[0][n - whole] += heat_j[n];
-        lanes[1][n - whole] += stiffness[n] * v[n] * v[n];
+}
+
+kernel! {
+    /// The sum of the heat of contacts, and that of `k_n v v`.
+    fn heat_and_stretch(heat_j: &[f64], stiffness_n_per_m: &[f64], v: &[f64]) -> [f64; 2] {
+        let contacts = heat_j.len();
+        let (stiffness, v) = (&stiffness_n_per_m[..contacts], &v[..contacts]);
+        // Lanes: the order of the sums is the same on every machine.
+        let mut lanes = [[0.0; 8]; 2];
+        let whole = contacts - contacts % 8;
+        for at in (0..whole).step_by(8) {
+            for lane in 0..8 {
+                lanes[0][lane] += heat_j[at + lane];
+                lanes[1][lane] += stiffness[at + lane] * v[at + lane] * v[at + lane];
+            }
+        }
+        for n in whole..contacts {
+            lanes[0][n - whole] += heat_j[n];
+            lanes[1][n - whole] += stiffness[n] * v[n] * v[n];
+        }
+        lanes.map(|lanes| lanes.into_iter().sum())
     }
-    lanes.map(|lanes| lanes.into_iter().sum())
 }

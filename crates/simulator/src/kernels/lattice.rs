@@ -2,19 +2,7 @@
 
 use asperity_model::Lattice;
 
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// The pulls of springs and of dashpots between nodes on all freedoms.
-        lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice)
-    }
-
-    dispatch! {
-        /// Moves all freedoms by one step: `v += dt f / m`, `u += dt v`.
-        lattice_move(u: &mut [f64], v: &mut [f64], forces: &Forces<'_>) -> MovedWork
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// The forces on all freedoms, and the constants of the step.
 pub(crate) struct Forces<'a> {
@@ -38,45 +26,49 @@ pub(crate) struct MovedWork {
     pub(crate) square: f64,
 }
 
-#[inline(always)]
-fn lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice) {
-    lattice.pull(springs, dashpots, u, v);
+kernel! {
+    /// The pulls of springs and of dashpots between nodes on all freedoms.
+    fn lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice) {
+        lattice.pull(springs, dashpots, u, v);
+    }
 }
 
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
-#[inline(always)]
-fn lattice_move(u: &mut [f64], v: &mut [f64], forces: &Forces<'_>) -> MovedWork {
-    let &Forces { springs, dashpots, outer, dt, dt_over_m } = forces;
-    let mut sums = [[0.0; LANES]; 3];
-    let ((u, u_rest), (v, v_rest)) = (u.as_chunks_mut::<LANES>(), v.as_chunks_mut::<LANES>());
-    let [springs, dashpots, outer] = [springs, dashpots, outer].map(|of| of.as_chunks::<LANES>());
-    let groups = u.len();
-    let v = &mut v[..groups];
-    let (s, d, o) = (&springs.0[..groups], &dashpots.0[..groups], &outer.0[..groups]);
-    macro_rules! move_lane {
-        ($lane:expr, $u:expr, $v:expr, $springs:expr, $dashpots:expr, $outer:expr) => {
-            let force = ($springs + $dashpots) + $outer;
-            let new_v = $v + force * dt_over_m;
-            let change = new_v - $v;
-            $v = new_v;
-            $u += new_v * dt;
-            sums[0][$lane] += $springs * change;
-            sums[1][$lane] += $dashpots * new_v;
-            sums[2][$lane] += change * change;
-        };
-    }
-    for n in 0..groups {
-        for lane in 0..LANES {
-            move_lane!(lane, u[n][lane], v[n][lane], s[n][lane], d[n][lane], o[n][lane]);
+kernel! {
+    /// Moves all freedoms by one step: `v += dt f / m`, `u += dt v`.
+    fn lattice_move(u: &mut [f64], v: &mut [f64], forces: &Forces<'_>) -> MovedWork {
+        let &Forces { springs, dashpots, outer, dt, dt_over_m } = forces;
+        let mut sums = [[0.0; LANES]; 3];
+        let ((u, u_rest), (v, v_rest)) = (u.as_chunks_mut::<LANES>(), v.as_chunks_mut::<LANES>());
+        let [springs, dashpots, outer] = [springs, dashpots, outer].map(|of| of.as_chunks::<LANES>());
+        let groups = u.len();
+        let v = &mut v[..groups];
+        let (s, d, o) = (&springs.0[..groups], &dashpots.0[..groups], &outer.0[..groups]);
+        macro_rules! move_lane {
+            ($lane:expr, $u:expr, $v:expr, $springs:expr, $dashpots:expr, $outer:expr) => {
+                let force = ($springs + $dashpots) + $outer;
+                let new_v = $v + force * dt_over_m;
+                let change = new_v - $v;
+                $v = new_v;
+                $u += new_v * dt;
+                sums[0][$lane] += $springs * change;
+                sums[1][$lane] += $dashpots * new_v;
+                sums[2][$lane] += change * change;
+            };
         }
+        for n in 0..groups {
+            for lane in 0..LANES {
+                move_lane!(lane, u[n][lane], v[n][lane], s[n][lane], d[n][lane], o[n][lane]);
+            }
+        }
+        for lane in 0..u_rest.len() {
+            move_lane!(lane, u_rest[lane], v_rest[lane], springs.1[lane], dashpots.1[lane], outer.1[lane]);
+        }
+        let [springs, dashpots, square] = sums.map(|lanes| lanes.into_iter().sum());
+        MovedWork { springs, dashpots, square }
     }
-    for lane in 0..u_rest.len() {
-        move_lane!(lane, u_rest[lane], v_rest[lane], springs.1[lane], dashpots.1[lane], outer.1[lane]);
-    }
-    let [springs, dashpots, square] = sums.map(|lanes| lanes.into_iter().sum());
-    MovedWork { springs, dashpots, square }
 }
 
 #[cfg(test)]

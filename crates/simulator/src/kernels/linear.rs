@@ -1,60 +1,24 @@
 //! Elementary vector operations: scaling, sums, products, largest magnitudes.
 
-use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::simd::{Simd, kernel};
 
-impl Simd {
-    dispatch! {
-        /// Multiplies by a number.
-        scale(values: &mut [f64], by: f64)
-    }
-
-    dispatch! {
-        /// Converts sums of terms to SI, and adds `now` and `steps` times `rate`.
-        add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64)
-    }
-
-    dispatch! {
-        /// Matrix times vector, the matrix column by column, columns added in
-        /// ascending order.
-        multiply(product: &mut [f64], matrix: &[f64], vector: &[f64])
-    }
-
-    dispatch! {
-        /// The largest magnitude.
-        largest(values: &[f64]) -> f64
-    }
-
-    dispatch! {
-        /// `sum_j value_j term_j` and `sum_j bound_j |term_j|`, from the highest term down; rows of
-        /// terms are `pitch` numbers apart.
-        follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2])
-    }
-
-    dispatch! {
-        /// `sum_j a_j x_j` and `sum_j b_j |x_j|`, in four lanes.
-        products(x: &[f64], a: &[f64], b: &[f64]) -> [f64; 2]
-    }
-
-    dispatch! {
-        /// `sum_j coefficient_j term_j`, from the highest term down; rows of terms are `pitch` numbers
-        /// apart.
-        combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64])
+kernel! {
+    /// Multiplies by a number.
+    /// Multiplies by a number.
+    fn scale(values: &mut [f64], by: f64) {
+        for value in values {
+            *value *= by;
+        }
     }
 }
 
-/// Multiplies by a number.
-#[inline(always)]
-fn scale(values: &mut [f64], by: f64) {
-    for value in values {
-        *value *= by;
-    }
-}
-
-#[inline(always)]
-fn add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64) {
-    let (now, rate) = (&now[..values.len()], &rate[..values.len()]);
-    for n in 0..values.len() {
-        values[n] = now[n] + (steps * rate[n] + unit * values[n]);
+kernel! {
+    /// Converts sums of terms to SI, and adds `now` and `steps` times `rate`.
+    fn add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64) {
+        let (now, rate) = (&now[..values.len()], &rate[..values.len()]);
+        for n in 0..values.len() {
+            values[n] = now[n] + (steps * rate[n] + unit * values[n]);
+        }
     }
 }
 
@@ -76,23 +40,26 @@ fn combined<const LANES: usize>(
     sum
 }
 
-#[inline(always)]
-fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
-    let blocks = sum.len();
-    let mut at = 0;
-    while at + 32 <= blocks {
-        sum[at..at + 32].copy_from_slice(&combined::<32>(terms, pitch, at, coefficients));
-        at += 32;
-    }
-    while at < blocks {
-        if blocks < 8 {
-            sum[at] = combined::<1>(terms, pitch, at, coefficients)[0];
-            at += 1;
-        } else {
-            // The last eight blocks may overlap those before.
-            let from = at.min(blocks - 8);
-            sum[from..from + 8].copy_from_slice(&combined::<8>(terms, pitch, from, coefficients));
-            at += 8;
+kernel! {
+    /// `sum_j coefficient_j term_j`, from the highest term down; rows of terms are `pitch` numbers
+    /// apart.
+    fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
+        let blocks = sum.len();
+        let mut at = 0;
+        while at + 32 <= blocks {
+            sum[at..at + 32].copy_from_slice(&combined::<32>(terms, pitch, at, coefficients));
+            at += 32;
+        }
+        while at < blocks {
+            if blocks < 8 {
+                sum[at] = combined::<1>(terms, pitch, at, coefficients)[0];
+                at += 1;
+            } else {
+                // The last eight blocks may overlap those before.
+                let from = at.min(blocks - 8);
+                sum[from..from + 8].copy_from_slice(&combined::<8>(terms, pitch, from, coefficients));
+                at += 8;
+            }
         }
     }
 }
@@ -119,82 +86,92 @@ fn followed<const LANES: usize>(
     bounds[at..at + LANES].copy_from_slice(&magnitude);
 }
 
-#[inline(always)]
-fn follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2]) {
-    let blocks = values.len();
-    let mut at = 0;
-    while at + 16 <= blocks {
-        followed::<16>(values, bounds, terms, pitch, at, coefficients);
-        at += 16;
-    }
-    while at < blocks {
-        if blocks < 8 {
-            followed::<1>(values, bounds, terms, pitch, at, coefficients);
-            at += 1;
-        } else {
-            followed::<8>(values, bounds, terms, pitch, at.min(blocks - 8), coefficients);
-            at += 8;
+kernel! {
+    /// `sum_j value_j term_j` and `sum_j bound_j |term_j|`, from the highest term down; rows of
+    /// terms are `pitch` numbers apart.
+    fn follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2]) {
+        let blocks = values.len();
+        let mut at = 0;
+        while at + 16 <= blocks {
+            followed::<16>(values, bounds, terms, pitch, at, coefficients);
+            at += 16;
+        }
+        while at < blocks {
+            if blocks < 8 {
+                followed::<1>(values, bounds, terms, pitch, at, coefficients);
+                at += 1;
+            } else {
+                followed::<8>(values, bounds, terms, pitch, at.min(blocks - 8), coefficients);
+                at += 8;
+            }
         }
     }
 }
 
-#[inline(always)]
-fn products(x: &[f64], a: &[f64], b: &[f64]) -> [f64; 2] {
-    let (mut sum, mut magnitude) = ([0.0; 4], [0.0; 4]);
-    let count = a.len().min(b.len()).min(x.len());
-    let whole = count / 4 * 4;
-    for at in (0..whole).step_by(4) {
-        let (x, a, b) = (&x[at..at + 4], &a[at..at + 4], &b[at..at + 4]);
-        for lane in 0..4 {
-            sum[lane] += a[lane] * x[lane];
-            magnitude[lane] += b[lane] * x[lane].abs();
+kernel! {
+    /// `sum_j a_j x_j` and `sum_j b_j |x_j|`, in four lanes.
+    fn products(x: &[f64], a: &[f64], b: &[f64]) -> [f64; 2] {
+        let (mut sum, mut magnitude) = ([0.0; 4], [0.0; 4]);
+        let count = a.len().min(b.len()).min(x.len());
+        let whole = count / 4 * 4;
+        for at in (0..whole).step_by(4) {
+            let (x, a, b) = (&x[at..at + 4], &a[at..at + 4], &b[at..at + 4]);
+            for lane in 0..4 {
+                sum[lane] += a[lane] * x[lane];
+                magnitude[lane] += b[lane] * x[lane].abs();
+            }
         }
-    }
-    for j in whole..count {
-        sum[j - whole] += a[j] * x[j];
-        magnitude[j - whole] += b[j] * x[j].abs();
-    }
-    let total = |lanes: [f64; 4]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-    [total(sum), total(magnitude)]
-}
-
-#[inline(always)]
-fn multiply(product: &mut [f64], matrix: &[f64], vector: &[f64]) {
-    let size = product.len();
-    product.fill(0.0);
-    let mut columns = matrix.chunks_exact(4 * size);
-    let mut entries = vector.chunks_exact(4);
-    for (four, x) in columns.by_ref().zip(entries.by_ref()) {
-        let (a, rest) = four.split_at(size);
-        let (b, rest) = rest.split_at(size);
-        let (c, d) = rest.split_at(size);
-        let d = &d[..size];
-        for n in 0..size {
-            product[n] = (((product[n] + x[0] * a[n]) + x[1] * b[n]) + x[2] * c[n]) + x[3] * d[n];
+        for j in whole..count {
+            sum[j - whole] += a[j] * x[j];
+            magnitude[j - whole] += b[j] * x[j].abs();
         }
-    }
-    for (column, x) in columns.remainder().chunks_exact(size).zip(entries.remainder()) {
-        for n in 0..size {
-            product[n] += x * column[n];
-        }
+        let total = |lanes: [f64; 4]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+        [total(sum), total(magnitude)]
     }
 }
 
-#[inline(always)]
-fn largest(values: &[f64]) -> f64 {
-    // Independent lanes, which the compiler may keep in one register; the maximum does not depend on the
-    // order.
-    let mut lanes = [0.0f64; 8];
-    let chunks = values.chunks_exact(8);
-    let rest = chunks
-        .remainder()
-        .iter()
-        .fold(0.0, |max: f64, value| if value.abs() > max { value.abs() } else { max });
-    for chunk in chunks {
-        for lane in 0..8 {
-            let value = chunk[lane].abs();
-            lanes[lane] = if value > lanes[lane] { value } else { lanes[lane] };
+kernel! {
+    /// Matrix times vector, the matrix column by column, columns added in
+    /// ascending order.
+    fn multiply(product: &mut [f64], matrix: &[f64], vector: &[f64]) {
+        let size = product.len();
+        product.fill(0.0);
+        let mut columns = matrix.chunks_exact(4 * size);
+        let mut entries = vector.chunks_exact(4);
+        for (four, x) in columns.by_ref().zip(entries.by_ref()) {
+            let (a, rest) = four.split_at(size);
+            let (b, rest) = rest.split_at(size);
+            let (c, d) = rest.split_at(size);
+            let d = &d[..size];
+            for n in 0..size {
+                product[n] = (((product[n] + x[0] * a[n]) + x[1] * b[n]) + x[2] * c[n]) + x[3] * d[n];
+            }
+        }
+        for (column, x) in columns.remainder().chunks_exact(size).zip(entries.remainder()) {
+            for n in 0..size {
+                product[n] += x * column[n];
+            }
         }
     }
-    lanes.into_iter().fold(rest, f64::max)
+}
+
+kernel! {
+    /// The largest magnitude.
+    fn largest(values: &[f64]) -> f64 {
+        // Independent lanes, which the compiler may keep in one register; the maximum does not depend on the
+        // order.
+        let mut lanes = [0.0f64; 8];
+        let chunks = values.chunks_exact(8);
+        let rest = chunks
+            .remainder()
+            .iter()
+            .fold(0.0, |max: f64, value| if value.abs() > max { value.abs() } else { max });
+        for chunk in chunks {
+            for lane in 0..8 {
+                let value = chunk[lane].abs();
+                lanes[lane] = if value > lanes[lane] { value } else { lanes[lane] };
+            }
+        }
+        lanes.into_iter().fold(rest, f64::max)
+    }
 }

@@ -15,13 +15,17 @@ pub(crate) enum Simd {
     Avx512,
 }
 
-/// Defines a kernel's dispatcher, and its compilation for each instruction set; `where` lists its
-/// generic parameters.
-macro_rules! dispatch {
+/// Defines a kernel, its compilation for each instruction set, and the method that chooses among them. Generic parameters
+/// stand in brackets behind its name.
+macro_rules! kernel {
     (
-        $(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?
-        $(where [$($parameters:tt)*])?
+        $(#[$doc:meta])*
+        fn $name:ident $([$($parameters:tt)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block
     ) => {
+        #[inline(always)]
+        fn $name$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? $body
+
+        impl $crate::kernels::simd::Simd {
         $(#[$doc])*
         pub(crate) fn $name$(<$($parameters)*>)?(self, $($argument: $type),*) $(-> $result)? {
             // Not inlined, since it would increase the register pressure of callers that use several
@@ -52,10 +56,11 @@ macro_rules! dispatch {
                 Simd::Avx512 => unsafe { avx512($($argument),*) },
             }
         }
+        }
     };
 }
 
-pub(super) use dispatch;
+pub(super) use kernel;
 
 impl Simd {
     /// All versions that this machine can run, the fastest last.

@@ -6,22 +6,7 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude, memory_of};
 
-use crate::kernels::simd::{Simd, dispatch};
-
-impl Simd {
-    dispatch! {
-        /// One step of a chain: `tau` from [`Simd::pull`] and the outer forces, friction, new velocities
-        /// and positions (4.13, 4.14). Returns whether any contact may switch.
-        step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, law: &L) -> bool
-        where [L: ContactLaw]
-    }
-
-    dispatch! {
-        /// Sets the bit of every contact that switches in a step, or may switch where contacts age. Each
-        /// number has the bits of 64 contacts.
-        switching(marks: &mut [u64], after: &After<'_, D>, law: &L) where [const D: usize, L: ContactLaw<D>]
-    }
-}
+use crate::kernels::simd::{Simd, kernel};
 
 /// The inputs of a chain's step. Nodes move, contacts rub; every node carries one contact.
 pub(crate) struct Blocks<'a> {
@@ -47,60 +32,63 @@ pub(crate) struct Blocks<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-#[inline(always)]
-fn step<L: ContactLaw>(
-    u_new: &mut [f64],
-    v_new: &mut [f64],
-    tau: &mut [f64],
-    old: &Blocks<'_>,
-    law: &L,
-) -> bool {
-    let &Blocks { chain, is_pulled_inside, dt, dt_over_m, .. } = old;
-    let blocks = u_new.len();
-    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, kt, .. } = *old;
-    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    let (outer_force, kt) = (&outer_force[..blocks], &kt[..blocks]);
-    chain.pull(tau, u, v);
-    if is_pulled_inside {
-        for (tau, force) in tau.iter_mut().zip(outer_force) {
-            *tau += force;
-        }
-    } else {
-        tau[0] += outer_force[0];
-        tau[blocks - 1] += outer_force[blocks - 1];
-    }
-    // Excess of each contact over its switch, whose sign bit is set if it does not switch; the bits of
-    // all contacts are combined by AND.
-    let mut beyond = u64::MAX;
-    for n in 0..blocks {
-        let slides = slip[n] != 0.0;
-        let [drag] = law.drag_n(&Sliding {
-            velocity_m_per_s: [v[n]],
-            tangential_force_n: [tau[n]],
-            friction_n: sliding_friction[n],
-            step_over_mass_s_per_kg: dt_over_m,
-            memory: memory_of::<1, L>(memory, n),
-        });
-        let held = kt[n] * (u[n] - u_stick[n]);
-        let force = if L::HOLDS {
-            // The net force on a stuck contact is zero.
-            select_unpredictable(slides, tau[n] - drag, 0.0)
+kernel! {
+    /// One step of a chain: `tau` from [`Simd::pull`] and the outer forces, friction, new velocities
+    /// and positions (4.13, 4.14). Returns whether any contact may switch.
+    fn step[L: ContactLaw](
+        u_new: &mut [f64],
+        v_new: &mut [f64],
+        tau: &mut [f64],
+        old: &Blocks<'_>,
+        law: &L,
+    ) -> bool {
+        let &Blocks { chain, is_pulled_inside, dt, dt_over_m, .. } = old;
+        let blocks = u_new.len();
+        let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
+        let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, kt, .. } = *old;
+        let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+        let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+        let (outer_force, kt) = (&outer_force[..blocks], &kt[..blocks]);
+        chain.pull(tau, u, v);
+        if is_pulled_inside {
+            for (tau, force) in tau.iter_mut().zip(outer_force) {
+                *tau += force;
+            }
         } else {
-            tau[n] - select_unpredictable(slides, drag, held)
-        };
+            tau[0] += outer_force[0];
+            tau[blocks - 1] += outer_force[blocks - 1];
+        }
+        // Excess of each contact over its switch, whose sign bit is set if it does not switch; the bits of
+        // all contacts are combined by AND.
+        let mut beyond = u64::MAX;
+        for n in 0..blocks {
+            let slides = slip[n] != 0.0;
+            let [drag] = law.drag_n(&Sliding {
+                velocity_m_per_s: [v[n]],
+                tangential_force_n: [tau[n]],
+                friction_n: sliding_friction[n],
+                step_over_mass_s_per_kg: dt_over_m,
+                memory: memory_of::<1, L>(memory, n),
+            });
+            let held = kt[n] * (u[n] - u_stick[n]);
+            let force = if L::HOLDS {
+                // The net force on a stuck contact is zero.
+                select_unpredictable(slides, tau[n] - drag, 0.0)
+            } else {
+                tau[n] - select_unpredictable(slides, drag, held)
+            };
 
-        let new_v = v[n] + force * dt_over_m;
-        v_new[n] = new_v;
-        u_new[n] = u[n] + new_v * dt;
+            let new_v = v[n] + force * dt_over_m;
+            v_new[n] = new_v;
+            u_new[n] = u[n] + new_v * dt;
 
-        let detaching = if L::DETACHES_BY_SPRING { held } else { tau[n] };
-        let detached_by = detaching.abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
-        let turned_by = law.turned_by(&Turn { direction: [v[n]], new_velocity_m_per_s: [new_v] });
-        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
+            let detaching = if L::DETACHES_BY_SPRING { held } else { tau[n] };
+            let detached_by = detaching.abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
+            let turned_by = law.turned_by(&Turn { direction: [v[n]], new_velocity_m_per_s: [new_v] });
+            beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
+        }
+        is_positive(beyond)
     }
-    is_positive(beyond)
 }
 
 /// Whether the sign bit is clear. Applied to the AND of the bits of several numbers: whether any of them
@@ -123,26 +111,29 @@ pub(crate) struct After<'a, const D: usize> {
     pub(crate) memory: &'a [f64],
 }
 
-/// Sets the bit of every contact that switches.
-#[inline(always)]
-fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<'_, D>, law: &L) {
-    let &After { slip, direction, v_new, tau, threshold, memory } = after;
-    for (group, mark) in marks.iter_mut().enumerate() {
-        let from = group * 64;
-        let to = slip.len().min(from + 64);
-        let (slip, threshold) = (&slip[from..to], &threshold[from..to]);
-        let [direction, v_new, tau] =
-            [direction, v_new, tau].map(|along| along.map(|along| &along[from..to]));
-        let mut bits = 0u64;
-        for n in 0..slip.len() {
-            let slides = slip[n] != 0.0;
-            let at = |along: [&[f64]; D]| along.map(|along| along[n]);
-            let rests = law.re_attaches(&Turn { direction: at(direction), new_velocity_m_per_s: at(v_new) });
-            let strength_n = law.strength_n(threshold[n], memory_of::<D, L>(memory, from + n));
-            let detaches = magnitude(at(tau)) >= strength_n;
-            bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
+kernel! {
+    /// Sets the bit of every contact that switches in a step, or may switch where contacts age. Each
+    /// number has the bits of 64 contacts.
+    /// Sets the bit of every contact that switches.
+    fn switching[const D: usize, L: ContactLaw<D>](marks: &mut [u64], after: &After<'_, D>, law: &L) {
+        let &After { slip, direction, v_new, tau, threshold, memory } = after;
+        for (group, mark) in marks.iter_mut().enumerate() {
+            let from = group * 64;
+            let to = slip.len().min(from + 64);
+            let (slip, threshold) = (&slip[from..to], &threshold[from..to]);
+            let [direction, v_new, tau] =
+                [direction, v_new, tau].map(|along| along.map(|along| &along[from..to]));
+            let mut bits = 0u64;
+            for n in 0..slip.len() {
+                let slides = slip[n] != 0.0;
+                let at = |along: [&[f64]; D]| along.map(|along| along[n]);
+                let rests = law.re_attaches(&Turn { direction: at(direction), new_velocity_m_per_s: at(v_new) });
+                let strength_n = law.strength_n(threshold[n], memory_of::<D, L>(memory, from + n));
+                let detaches = magnitude(at(tau)) >= strength_n;
+                bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
+            }
+            *mark = bits;
         }
-        *mark = bits;
     }
 }
 

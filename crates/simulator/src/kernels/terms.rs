@@ -8,33 +8,9 @@ use asperity_model::elastic::Chain;
 use asperity_model::ends::EndBond;
 
 use crate::kernels::simd::sign;
-use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::simd::{Simd, kernel};
 
 impl Simd {
-    dispatch! {
-        /// Sets the direction of each sliding block and the friction spring of each stuck one, from
-        /// its `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
-        /// that it may keep.
-        sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool
-    }
-
-    dispatch! {
-        /// The change of a state in its next step. On entry `guard` has the force `tau`, on return the
-        /// guard of the state.
-        first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>)
-    }
-
-    dispatch! {
-        /// Subtracts the radiation damping of sliding blocks, those with a direction, from forces.
-        radiate(force: &mut [f64], v: &[f64], sigma: &[f64], radiation: f64)
-    }
-
-    dispatch! {
-        /// The change of the first difference in the next step, velocities in displacement per step. On
-        /// entry `guard` has the change of the force, on return the guard of the first difference.
-        second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>)
-    }
-
     /// Computes each next term by the recurrence of the polynomials, and the guards of the terms.
     pub(crate) fn terms(
         self,
@@ -109,21 +85,25 @@ impl Simd {
     }
 }
 
-#[inline(always)]
-fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool {
-    let blocks = sigma.len();
-    let (spring, v) = (&mut spring[..blocks], &v[..blocks]);
-    let (slip, kt) = (&slip[..blocks], &kt[..blocks]);
-    let mut undirected = 0u64;
-    for n in 0..blocks {
-        let slides = slip[n] != 0.0;
-        let direction = sign(v[n]);
-        sigma[n] = if slides { direction } else { 0.0 };
-        spring[n] = if slides { 0.0 } else { kt[n] };
-        let directed = if one_way { direction > 0.0 } else { direction != 0.0 };
-        undirected |= u64::from(slides & !directed);
+kernel! {
+    /// Sets the direction of each sliding block and the friction spring of each stuck one, from
+    /// its `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
+    /// that it may keep.
+    fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool {
+        let blocks = sigma.len();
+        let (spring, v) = (&mut spring[..blocks], &v[..blocks]);
+        let (slip, kt) = (&slip[..blocks], &kt[..blocks]);
+        let mut undirected = 0u64;
+        for n in 0..blocks {
+            let slides = slip[n] != 0.0;
+            let direction = sign(v[n]);
+            sigma[n] = if slides { direction } else { 0.0 };
+            spring[n] = if slides { 0.0 } else { kt[n] };
+            let directed = if one_way { direction > 0.0 } else { direction != 0.0 };
+            undirected |= u64::from(slides & !directed);
+        }
+        undirected == 0
     }
-    undirected == 0
 }
 
 /// The inputs of a state's change in the next step, besides the force.
@@ -138,25 +118,30 @@ pub(crate) struct Held<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-#[inline(always)]
-fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
-    let blocks = d_u.len();
-    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
-    let &Held { u, v, anchor, drag, spring, sigma, dt, dt_over_m } = held;
-    let (u, v, anchor) = (&u[..blocks], &v[..blocks], &anchor[..blocks]);
-    let (drag, spring, sigma) = (&drag[..blocks], &spring[..blocks], &sigma[..blocks]);
-    for n in 0..blocks {
-        let friction = -spring[n] * (u[n] - anchor[n]) - drag[n] * sigma[n];
-        d_v[n] = (guard[n] + friction) * dt_over_m;
-        d_u[n] = (v[n] + d_v[n]) * dt;
-        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+kernel! {
+    /// The change of a state in its next step. On entry `guard` has the force `tau`, on return the
+    /// guard of the state.
+    fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
+        let blocks = d_u.len();
+        let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+        let &Held { u, v, anchor, drag, spring, sigma, dt, dt_over_m } = held;
+        let (u, v, anchor) = (&u[..blocks], &v[..blocks], &anchor[..blocks]);
+        let (drag, spring, sigma) = (&drag[..blocks], &spring[..blocks], &sigma[..blocks]);
+        for n in 0..blocks {
+            let friction = -spring[n] * (u[n] - anchor[n]) - drag[n] * sigma[n];
+            d_v[n] = (guard[n] + friction) * dt_over_m;
+            d_u[n] = (v[n] + d_v[n]) * dt;
+            guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+        }
     }
 }
 
-#[inline(always)]
-fn radiate(force: &mut [f64], v: &[f64], sigma: &[f64], radiation: f64) {
-    for ((force, v), sigma) in force.iter_mut().zip(v).zip(sigma) {
-        *force -= select_unpredictable(*sigma == 0.0, 0.0, radiation * v);
+kernel! {
+    /// Subtracts the radiation damping of sliding blocks, those with a direction, from forces.
+    fn radiate(force: &mut [f64], v: &[f64], sigma: &[f64], radiation: f64) {
+        for ((force, v), sigma) in force.iter_mut().zip(v).zip(sigma) {
+            *force -= select_unpredictable(*sigma == 0.0, 0.0, radiation * v);
+        }
     }
 }
 
@@ -170,17 +155,20 @@ pub(crate) struct Second<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-#[inline(always)]
-fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
-    let blocks = d_u.len();
-    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
-    let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
-    let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
-    for n in 0..blocks {
-        let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
-        d_v[n] = change;
-        d_u[n] = v[n] * dt + change;
-        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+kernel! {
+    /// The change of the first difference in the next step, velocities in displacement per step. On
+    /// entry `guard` has the change of the force, on return the guard of the first difference.
+    fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
+        let blocks = d_u.len();
+        let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+        let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
+        let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
+        for n in 0..blocks {
+            let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
+            d_v[n] = change;
+            d_u[n] = v[n] * dt + change;
+            guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+        }
     }
 }
 

@@ -66,8 +66,9 @@ pub(crate) fn study(folder: &Path) -> PathBuf {
         )
     };
     let claim = |about: &str, of: &str, quote: &str, most: &str| {
+        let figures = if about == "Figure 1.1" { "figures = [\"figure-1.01.png\"]\n" } else { "" };
         format!(
-            "[[claim]]\nabout = \"{about}\"\nof = \"{of}\"\nquote = \"{quote}\"\nrun = \"a\"\n\
+            "[[claim]]\nabout = \"{about}\"\n{figures}of = \"{of}\"\nquote = \"{quote}\"\nrun = \"a\"\n\
              measure = \"largest_ft_fn\"\nat_most = {most}\n"
         )
     };

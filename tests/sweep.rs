@@ -395,7 +395,8 @@ file = 'load.png'
 sliding = true
 run = 'base'
 [[claim]]
-about = 'load.png'
+about = 'the load'
+figures = ['load.png']
 quote = 'it slips'
 run = 'base'
 measure = 'precursor_event_count'
@@ -455,7 +456,8 @@ x = 'normal_load.tilt'
 y = 'event_count'
 over = ['friction.static_coefficient']
 [[claim]]
-about = 'count.png'
+about = 'counts'
+figures = ['count.png']
 quote = 'many events'
 run = '5'
 measure = 'event_count'

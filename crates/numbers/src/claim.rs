@@ -14,6 +14,8 @@ use asperity_record::{Cell, CellValue, Column, ColumnKind};
 pub struct Claim {
     /// Its subject: a figure, equation or section.
     pub about: String,
+    /// The files of the figures that show it.
+    pub figures: Vec<String>,
     /// Its author.
     pub of: Speaker,
     /// The run that it is measured in.
@@ -64,7 +66,7 @@ pub fn columns(claims: &[Claim]) -> Vec<ClaimColumn> {
     fn second(claim: &Claim, text: fn(&Judgement) -> &str) -> Cell {
         Cell::word(claim.as_stated.as_ref().map_or("", text))
     }
-    let own: [ClaimColumn; 13] = [
+    let own: [ClaimColumn; 14] = [
         (word("about", "Figure, equation or section."), &|claim| Cell::word(&claim.about)),
         (word("of", "The author of the claim."), &|claim| Cell::word(claim.of.word())),
         (word("run", "The run that it is measured in."), &|claim| Cell::word(&claim.run)),
@@ -78,6 +80,7 @@ pub fn columns(claims: &[Claim]) -> Vec<ClaimColumn> {
         (word("verdict", "Whether they agree."), &|claim| Cell::word(claim.own.verdict.word())),
         (word("kind", "What an agreement is evidence of."), &|claim| Cell::word(claim.kind.word())),
         (word("note", "A remark."), &|claim| Cell::word(&claim.note)),
+        (word("figures", "The figures that show it."), &|claim| Cell::word(&claim.figures.join(" "))),
     ];
     let as_stated: [ClaimColumn; 4] = [
         (number("as_stated_ours", "`ours` of the parameter set as-stated."), &|claim| {
@@ -163,6 +166,7 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
         let second = ["as_stated_ours", "as_stated_standard_error", "as_stated_rule", "as_stated_verdict"];
         Ok(Claim {
             about: text("about"),
+            figures: cell("figures").split_whitespace().map(str::to_owned).collect(),
             of: Speaker::ALL[place("of", &Speaker::ALL.map(|all| all.1))?].0,
             run: text("run"),
             quote: text("quote"),
@@ -199,6 +203,7 @@ mod tests {
         let claim = |as_stated| Claim {
             about: "Figure 5.9".to_owned(),
             of: Speaker::Source,
+            figures: vec!["a.png".to_owned(), "b.png".to_owned()],
             run: "default".to_owned(),
             quote: "it slips".to_owned(),
             own: judged(Some(0.1 + 0.2)),

@@ -119,6 +119,9 @@ impl Verdict {
 pub struct ClaimSpec {
     /// Its place or its subject: a figure, equation or section.
     pub about: String,
+    /// The files of the figures of this pipeline that show it, such as `figure-5.09.png`.
+    #[serde(default)]
+    pub figures: Vec<String>,
     /// The author of the claim.
     #[serde(default)]
     pub of: Speaker,
@@ -344,6 +347,7 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
         let own = judge_in(claim, &own_runs, &measured);
         Claim {
             about: claim.about.clone(),
+            figures: claim.figures.clone(),
             of: claim.of,
             run: claim.run.clone(),
             quote: claim.quote.clone(),

@@ -311,45 +311,6 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
     out
 }
 
-/// Figures that a text names: a chapter, and the first and the last of their numbers.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Named {
-    chapter: String,
-    from: u32,
-    to: u32,
-}
-
-impl Named {
-    /// Whether a figure is among them.
-    pub(crate) fn holds(&self, chapter: &str, number: u32) -> bool {
-        self.chapter == chapter && (self.from..=self.to).contains(&number)
-    }
-}
-
-/// The figures that a text names: `Figure 5.9`, `Figures 5.15, 5.16`, `Figures 5.21 to 5.24`. However
-/// far a range goes, it is one entry.
-pub(crate) fn figures_named(about: &str) -> Vec<Named> {
-    let mut named: Vec<Named> = Vec::new();
-    let Some((_, rest)) = about.split_once("Figure") else { return named };
-    let mut is_range = false;
-    for word in rest.trim_start_matches('s').split_whitespace() {
-        let word = word.trim_end_matches([',', ';', ':']);
-        match numbered(word) {
-            Some((chapter, number)) => {
-                match named.last_mut() {
-                    Some(last) if is_range && last.chapter == chapter && last.to < number => last.to = number,
-                    _ => named.push(Named { chapter, from: number, to: number }),
-                }
-                is_range = false;
-            }
-            None if word == "to" => is_range = true,
-            None if word == "and" => {}
-            None => break,
-        }
-    }
-    named
-}
-
 /// The number of a figure: of `5.09` chapter 5 and 9.
 pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
     let (chapter, number) = word.split_once('.')?;
@@ -363,7 +324,7 @@ mod tests {
     use asperity_numbers::claim::{Claim, Judgement};
     use asperity_numbers::claims::{Kind, Speaker, Verdict};
 
-    use super::{Named, Score, all, beside, differing, figures_named, scores, worded};
+    use super::{Score, all, beside, differing, scores, worded};
     use crate::symbols::lettered;
 
     /// As where there are no figures.
@@ -374,6 +335,7 @@ mod tests {
     fn claim(of: Speaker, verdict: Verdict) -> Claim {
         Claim {
             about: "Figure 5.9".to_owned(),
+            figures: Vec::new(),
             of,
             run: "default".to_owned(),
             quote: "it <slips>".to_owned(),
@@ -444,30 +406,5 @@ mod tests {
         // Code, and names of nothing.
         assert_eq!(worded("`precursor_count` of a_b_c"), "<code>precursor_count</code> of a_b_c");
         assert_eq!(worded("at $\\mu_{s}$"), "at μ<sub>s</sub>");
-    }
-
-    #[test]
-    fn figures_are_known_by_their_numbers() {
-        let of = |about: &str| -> Vec<String> {
-            let told = |one: Named| match one {
-                Named { chapter, from, to } if from == to => format!("{chapter}.{from}"),
-                Named { chapter, from, to } => format!("{chapter}.{from}-{to}"),
-            };
-            figures_named(about).into_iter().map(told).collect()
-        };
-        assert_eq!(of("Figure 5.9"), ["5.9"]);
-        assert_eq!(of("Figures 5.21 to 5.24"), ["5.21-24"]);
-        assert_eq!(of("Figures 6.8 and 6.10 to 6.12"), ["6.8", "6.10-12"]);
-        assert_eq!(of("Figures 5.15, 5.16"), ["5.15", "5.16"]);
-        assert_eq!(of("Figure 6.8, section 6.3"), ["6.8"]);
-        assert_eq!(of("Figure A.1"), ["A.1"]);
-        // Backwards, and from chapter to chapter: the two alone.
-        assert_eq!(of("Figures 5.9 to 5.7"), ["5.9", "5.7"]);
-        assert_eq!(of("Figures 5.9 to 6.2"), ["5.9", "6.2"]);
-        // A range may be as long as numbers go.
-        let far = figures_named("Figures 5.1 to 5.4294967295");
-        assert!(far.len() == 1 && far[0].holds("5", 4_294_967_295) && far[0].holds("5", 77));
-        assert!(!far[0].holds("6", 77) && !far[0].holds("5", 0));
-        assert!(of("section 5.3").is_empty() && of("eq. (5.52)").is_empty());
     }
 }

@@ -4,7 +4,7 @@ use asperity_numbers::claim::Claim;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::claims::{beside, differs, figures_named, link, numbered};
+use crate::claims::{beside, differs, link, numbered};
 use crate::html::markup::text;
 use crate::symbols::lettered;
 
@@ -45,10 +45,6 @@ impl Figure {
         name(&self.path, &self.title, &self.caption)
     }
 
-    fn number(&self) -> Option<(String, u32)> {
-        number(&self.path)
-    }
-
     fn file(&self) -> &str {
         self.path.rsplit('/').next().unwrap_or_default()
     }
@@ -58,13 +54,9 @@ impl Figure {
         format!("<a href=\"#{}\">{}</a>", text(place_of(&self.path)), lettered(words))
     }
 
-    /// Whether a claim is about it, by its number in a text or the name of its file.
+    /// Whether it shows a claim.
     fn is_meant_by(&self, claim: &Claim) -> bool {
-        if claim.about.split(BETWEEN_FILES).any(|word| word == self.file()) {
-            return true;
-        }
-        let Some((chapter, number)) = self.number() else { return false };
-        figures_named(&claim.about).iter().any(|named| named.holds(&chapter, number))
+        claim.figures.iter().any(|file| file == self.file())
     }
 
     /// Its description, for sighted and blind readers.
@@ -166,25 +158,9 @@ pub(crate) fn further(figures: &[Figure], claims: &[Claim]) -> String {
     if all.is_empty() { all } else { format!("<div class=\"figures\">\n{all}</div>\n") }
 }
 
-/// What stands between names of files in what a claim is about.
-const BETWEEN_FILES: [char; 3] = [' ', ',', ';'];
-
-/// What a claim is about, with links to the figures: those that it names by their files have their names instead.
+/// What a claim is about, with a link to the first figure that shows it.
 pub(crate) fn about(claim: &Claim, figures: &[Figure]) -> String {
-    let mut out = String::new();
-    let mut has_link = false;
-    for part in claim.about.split_inclusive(BETWEEN_FILES) {
-        let file = part.trim_end_matches(BETWEEN_FILES);
-        match figures.iter().find(|figure| figure.file() == file) {
-            Some(figure) => {
-                has_link = true;
-                out += &(figure.link(&figure.name()) + &text(&part[file.len()..]));
-            }
-            None => out += &text(part),
-        }
-    }
     match figures.iter().find(|figure| figure.is_meant_by(claim)) {
-        Some(_) if has_link => out,
         Some(figure) => figure.link(&claim.about),
         None => lettered(&claim.about),
     }
@@ -202,7 +178,7 @@ mod tests {
     use super::{Figure, Picture, about, first};
 
     #[test]
-    fn what_a_claim_is_about_leads_to_figures_by_their_titles() {
+    fn what_a_claim_is_about_leads_to_the_first_figure_that_shows_it() {
         let figure = |file: &str, title: &str| Figure {
             path: format!("figures/{file}"),
             title: title.to_owned(),
@@ -210,19 +186,17 @@ mod tests {
             runs: Vec::new(),
             picture: Picture::None,
         };
-        let figures =
-            [figure("a.png", "Slips over mu_s"), figure("b.png", ""), figure("figure-5.09.png", "")];
-        let of = |words: &str| about(&Claim { about: words.to_owned(), ..Claim::default() }, &figures);
-        assert_eq!(of("a.png"), "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>");
+        let figures = [figure("a.png", "Slips"), figure("figure-5.09.png", "")];
+        let of = |words: &str, files: &[&str]| {
+            let files = files.iter().map(|file| (*file).to_owned()).collect();
+            about(&Claim { about: words.to_owned(), figures: files, ..Claim::default() }, &figures)
+        };
+        assert_eq!(of("mu_s", &["a.png"]), "<a href=\"#figure-of-a\">μ<sub>s</sub></a>");
         assert_eq!(
-            of("a.png, b.png"),
-            "<a href=\"#figure-of-a\">Slips over μ<sub>s</sub></a>, <a href=\"#figure-of-b\">Counts</a>"
+            of("Figure 5.9", &["b.png", "figure-5.09.png"]),
+            "<a href=\"#figure-of-figure-5.09\">Figure 5.9</a>"
         );
-        assert_eq!(of("Figure 5.9"), "<a href=\"#figure-of-figure-5.09\">Figure 5.9</a>");
-        assert_eq!(
-            (of("c.png").as_str(), of("the F_T/F_N").as_str()),
-            ("c.png", "the F<sub>T</sub>/F<sub>N</sub>")
-        );
+        assert_eq!(of("the F_T/F_N", &[]), "the F<sub>T</sub>/F<sub>N</sub>");
     }
 
     #[test]

@@ -111,6 +111,13 @@ impl Pipeline {
             }
         }
         self.figure.check()?;
+        let files: Vec<&str> = self.figure.files().chain(of_tables.files()).collect();
+        for claim in &self.claim {
+            if let Some(file) = claim.figures.iter().find(|file| !files.contains(&file.as_str())) {
+                let meant = among(file, &files, "the files of the figures of this file");
+                return Err(format!("claim about {}: there is no figure {file}{meant}", claim.about));
+            }
+        }
         // Files named by the study must be plain names, so that they are written only into the output
         // folder.
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');

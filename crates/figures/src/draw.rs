@@ -245,10 +245,14 @@ impl Figures {
         self.all().into_iter().flat_map(|(_, figure)| figure.runs())
     }
 
-    /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
+    /// The lists of runs of figures that show groups of them, in which patterns may stand for many.
     pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
-        let of_front_speeds = self.front_speeds.iter_mut().flat_map(front_speeds::FrontSpeeds::lists_mut);
-        self.spread.iter_mut().flat_map(spread::Spread::lists_mut).chain(of_front_speeds)
+        let groups = (self.study.iter_mut().map(|figure| &mut figure.series))
+            .chain(self.front_speed.iter_mut().map(|figure| &mut figure.series))
+            .chain(self.front_speeds.iter_mut().map(|figure| &mut figure.series))
+            .chain(self.stability_boundary.iter_mut().map(|figure| &mut figure.series));
+        let of_groups = groups.flatten().map(|group| &mut group.runs);
+        self.spread.iter_mut().flat_map(spread::Spread::lists_mut).chain(of_groups)
     }
 
     /// Each by its file, with the runs that it is made of, in the order of the files.

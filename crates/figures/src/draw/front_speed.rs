@@ -21,7 +21,7 @@ keys! {
     /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.
     to_speed: f64,
     /// Runs that belong together.
-    series: Vec<Group>,
+    pub(super) series: Vec<Group>,
 }
 
 /// What is shown of a run.

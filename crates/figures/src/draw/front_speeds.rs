@@ -16,7 +16,7 @@ keys! {
     FrontSpeeds;
 
     /// Runs that belong together, such as those of several seeds. An ensemble stands for its runs.
-    series: Vec<Group>,
+    pub(super) series: Vec<Group>,
     /// Fewest blocks of a rupture that counts.
     #[serde(default = "five")]
     from_blocks: u32,
@@ -61,11 +61,6 @@ impl FrontSpeeds {
             return refused("to_speed", to, "a number above from_speed");
         }
         Ok(())
-    }
-
-    /// Its lists of runs.
-    pub(super) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
-        self.series.iter_mut().map(|group| &mut group.runs)
     }
 
     /// Where a speed, or an end of the axis, stands: in bins from the wave speed.

@@ -15,7 +15,7 @@ keys! {
 
     /// Sliders that differ in the velocity and the stiffness of their drive: at each velocity two or more
     /// stiffnesses, from which oscillations grow and decay.
-    series: Vec<Group>,
+    pub(super) series: Vec<Group>,
 }
 
 /// What is shown of a run: velocity, stiffness and growth, and the critical stiffness in theory about that velocity.

@@ -36,7 +36,7 @@ keys! {
     /// What the legend calls these lines; by default they share the labels of the marks.
     theory_label: Option<String>,
     /// Runs that belong together.
-    series: Vec<Group>,
+    pub(super) series: Vec<Group>,
 }
 
 fn one() -> f64 {

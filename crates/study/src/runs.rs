@@ -360,7 +360,7 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
             ("[{ about = 3 }]", "line 27, column 19: about = 3 is not accepted (accepted: a text in quotes)"),
             (
                 "[{ abuot = \"a\" }]",
-                "line 27, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 13 \
+                "line 27, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 14 \
                  others, see docs/figures.md and docs/scenarios.md)",
             ),
         ] {

@@ -114,7 +114,7 @@ fn a_slab_is_drawn_and_reported() {
     let page = folder.path().join("slab.html");
     succeed(&["report", text(&log), "--out", text(&page)]);
     let page = fs::read_to_string(&page).expect("the page was written");
-    assert!(page.contains("a lattice of 29 by 16 nodes"), "its sketch is one of a slab");
+    assert!(page.contains("whose bottom row rubs, 29 × 16 nodes"), "its sketch is one of a slab");
 }
 
 /// A slab that tips: most of its motion happens without load, but counts as slip events.

@@ -148,6 +148,9 @@ mod tests {
         // Residuals 1/6, -1/3, 1/6; levers -1/2, 0, 1/2: moves -1/12, 0, 1/12.
         let [slope, _] = line(&[(0.0, 0.0), (1.0, 0.0), (2.0, 1.0)]).unwrap();
         near(slope, 0.5, (2.0f64 / 144.0 * 3.0).sqrt());
+        // Means 1 and 2, slope (1 * 2 + 1 * 1) / 2, intercept 2 - 3 / 2.
+        let [slope, intercept] = line(&[(0.0, 0.0), (1.0, 3.0), (2.0, 3.0)]).unwrap();
+        assert_eq!((slope.value, intercept.value), (1.5, 0.5));
         assert_eq!(line(&[(0.0, 1.0), (1.0, 3.0)]), None);
         assert_eq!(line(&[(1.0, 1.0), (1.0, 3.0), (1.0, 2.0)]), None);
         // Of 16 the third and the fourteenth: 8.5 - 2.58 * 2 = 3.3.

@@ -9,11 +9,12 @@ use asperity_record::{
 
 use crate::catalogue::contact_area_m2;
 use crate::creep::CreepFront;
+use crate::estimate;
 use crate::growth::RuptureGrowth;
 use crate::magnitudes::Magnitudes;
 use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
-use crate::statistics::{Line, mean, median};
+use crate::statistics::{mean, median};
 use crate::summary::{Summary, status};
 use crate::unloaded::Unloaded;
 
@@ -206,7 +207,7 @@ impl Summarizer {
             };
             precursors.iter().map(residual).filter(|(_, residual)| residual.is_finite()).collect()
         });
-        let line = Line::through(&residuals);
+        let line = estimate::line(&residuals);
         let lengths: Vec<f64> = precursors.iter().map(|rupture| length_ratio(rupture)).collect();
         let growths = lengths.windows(2).map(|pair| pair[1] - pair[0]);
 
@@ -259,8 +260,8 @@ impl Summarizer {
             longest_precursor_ratio: lengths.last().copied(),
             precursor_growth_ratio: mean(growths),
             length_law: law.map(|(law, _)| law.table_word()),
-            length_law_slope_residual: line.map(|line| line.slope),
-            length_law_intercept_residual: line.map(|line| line.intercept),
+            length_law_slope_residual: line.map(|[slope, _]| slope.value),
+            length_law_intercept_residual: line.map(|[_, intercept]| intercept.value),
             length_law_rms_residual: mean(residuals.iter().map(|(_, residual)| residual * residual))
                 .map(f64::sqrt),
             recurrence_transient_s: transient_s(&global),

@@ -24,14 +24,13 @@
 //! - `page_collector`: the data kept of a run.
 //! - `study`: the parts of a page.
 //! - `symbols`: symbols and numbers as they are printed.
-//! - `area_sketch`, `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
+//! - `lattice_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `parameter_table`: the parameters of scenarios; `derived`: quantities that follow from them.
 //! - `over_area`: the map over the area of contact of a rupture.
 //! - `verdict`, `claims`, `figures`, `result`, `runs`: parts of the page.
 //! - `contents`: the description of a page in its folder.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
-mod area_sketch;
 mod claims;
 mod contents;
 mod derived;
@@ -39,6 +38,7 @@ mod downsample;
 mod figures;
 pub mod html;
 mod index;
+mod lattice_sketch;
 mod over_area;
 mod page;
 mod page_collector;
@@ -47,7 +47,6 @@ mod pen;
 mod result;
 mod runs;
 mod sketch;
-mod slab_sketch;
 mod study;
 mod sweep;
 mod symbols;

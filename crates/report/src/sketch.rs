@@ -2,8 +2,8 @@
 
 use asperity_model::{DriveKind, Plan, Scenario};
 
+use crate::lattice_sketch;
 use crate::pen::{Pen, WIDTH, length_label, load_label, velocity_label};
-use crate::{area_sketch, slab_sketch};
 
 const HEIGHT: f64 = 216.0;
 /// Where the surface is, and how large a block is.
@@ -19,11 +19,8 @@ const DRAWN: usize = 7;
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
-    if plan.elastic.layout().is_area() {
-        return area_sketch::sketch(&plan, scenario.slider.height_m, scenario.drive.kind);
-    }
-    if plan.elastic.has_inside() {
-        return slab_sketch::sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind);
+    if is_lattice(&plan) {
+        return lattice_sketch::sketch(&plan, scenario.slider.height_m, scenario.drive.kind);
     }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
@@ -39,16 +36,15 @@ pub fn sketch_alone(scenario: &Scenario) -> String {
 /// Features that distinguish the sketches of scenarios: where the drive pulls, and how blocks stick.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, String) {
     let plan = Plan::new(scenario);
-    if plan.elastic.layout().is_area() {
-        return (area_sketch::body(&plan), area_sketch::drive(&plan, scenario.drive.kind));
-    }
-    if plan.elastic.has_inside() {
-        return (
-            "a lattice whose bottom row rubs",
-            slab_sketch::drive(&plan, scenario.drive.kind).to_owned(),
-        );
+    if is_lattice(&plan) {
+        return (lattice_sketch::body(&plan), lattice_sketch::drive(&plan, scenario.drive.kind));
     }
     (contact(&plan), drive(&plan, scenario.drive.kind).to_owned())
+}
+
+/// Whether it is a slab, a sheet or a body, and no chain.
+fn is_lattice(plan: &Plan) -> bool {
+    plan.elastic.layout().is_area() || plan.elastic.has_inside()
 }
 
 fn contact(plan: &Plan) -> &'static str {

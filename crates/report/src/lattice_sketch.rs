@@ -1,5 +1,5 @@
-//! The model of a sheet or a body, drawn to scale as seen obliquely from the driven side: its lattice, the surface,
-//! drive and normal load.
+//! The model of a slab, sheet or body, drawn to scale as seen obliquely from the driven side: its lattice, the surface,
+//! drive and normal load. A slab is a body with one row across.
 
 use asperity_model::{DriveKind, Lattice, Plan};
 
@@ -27,6 +27,7 @@ pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> String {
     match (kind, plan.driven_rows()) {
         _ if plan.drive.springs.is_empty() => "no drive".to_owned(),
         (DriveKind::Top, _) => "springs drive it from the top".to_owned(),
+        _ if rows == 1 => "a spring drives it from the side".to_owned(),
         (_, Some([first, last])) if last - first + 1 < rows => {
             format!("a spring drives row {first} of one side")
         }
@@ -36,10 +37,10 @@ pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> String {
 
 /// What it is, and which of its nodes rub.
 pub(crate) fn body(plan: &Plan) -> &'static str {
-    if plan.elastic.has_inside() {
-        "a lattice whose bottom layer rubs"
-    } else {
-        "a lattice all of whose nodes rub"
+    match plan.elastic.as_lattice() {
+        Lattice { rows: 1, .. } => "a lattice all of whose nodes rub",
+        Lattice { lanes: 1, .. } => "a lattice whose bottom row rubs",
+        _ => "a lattice whose bottom layer rubs",
     }
 }
 
@@ -77,9 +78,9 @@ pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
     let Lattice { columns, lanes, rows, .. } = lattice;
     let spacing = |count: usize| (count - 1) as f64 * plan.spacing_m;
     let view = View::of([plan.length_m, spacing(lanes), height_m], rows == 1);
-    let count = match rows {
-        1 => format!("{columns} × {lanes}"),
-        rows => format!("{columns} × {lanes} × {rows}"),
+    let count = match (lanes, rows) {
+        (1, other) | (other, 1) => format!("{columns} × {other}"),
+        _ => format!("{columns} × {lanes} × {rows}"),
     };
     let words = format!(
         "The model: {}, {count} nodes joined by springs, each that rubs held by a friction spring while it sticks; {}; \
@@ -104,7 +105,7 @@ pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
         let [left, bottom] = view.at([x, 0.0, 0.0]);
         held += &format!("M{left:.1} {bottom:.1}v8");
     }
-    for y in shares(1) {
+    for y in shares(1).take(lanes) {
         if rows > 1 || y == 0.0 || y == 1.0 {
             straight += &view.line([0.0, y, 0.0], [0.0, y, 1.0]);
         }
@@ -128,7 +129,10 @@ pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
     let top = view.at([0.0, 1.0, 1.0])[1];
     let mut labels = vec![(RIGHT + 12.0, view.at([1.0, 0.0, 1.0])[1] - 10.0, load_label(plan))];
     labels.push((RIGHT + 12.0, BOTTOM - 8.0, count));
-    let size = format!("{}, {} wide", length_label(plan), spelled(spacing(lanes), "m"));
+    let size = match lanes {
+        1 => length_label(plan),
+        lanes => format!("{}, {} wide", length_label(plan), spelled(spacing(lanes), "m")),
+    };
     labels.push((view.at([0.0, 0.0, 0.0])[0], BOTTOM + 32.0, size));
     let velocity = velocity_label(plan);
     let spring = "<tspan class=\"i\">K</tspan>".to_owned();
@@ -136,7 +140,7 @@ pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
         (Some([first, last]), Some(of)) => {
             let height = lattice.place(of.block)[2] as f64 / (rows.max(2) - 1) as f64;
             let z = if rows == 1 { 1.0 } else { height };
-            let share = |row: u32| f64::from(row - 1) / (lanes - 1) as f64;
+            let share = |row: u32| f64::from(row - 1) / (lanes.max(2) - 1) as f64;
             let ends = [first, last].map(|row| view.at([0.0, share(row), z]));
             let middle = [0, 1].map(|axis| (ends[0][axis] + ends[1][axis]) / 2.0);
             let is_one = (ends[0][1] - ends[1][1]).abs() < BETWEEN_SPRINGS;
@@ -176,7 +180,7 @@ pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
     pen.svg(top - ARROW - 40.0, HEIGHT, &words)
 }
 
-/// The diagonal bonds on the upper face of a sheet, and on the front of a body.
+/// The diagonal bonds on the upper face of a sheet, and on the front of a slab or a body.
 fn diagonals(view: &View, [columns, lanes, rows]: [usize; 3]) -> String {
     let (others, axis) = if rows == 1 { (lanes, 1) } else { (rows, 2) };
     let share = |n: usize, count: usize| n as f64 / (count - 1) as f64;
@@ -216,6 +220,28 @@ mod tests {
         let small = "slider.blocks=2,slider.across=2,slider.length_m=0.02".split(',').collect::<Vec<_>>();
         let few = of("sheet-coarse", &[&small[..], &["normal_load.tilt=0.4"]].concat());
         for svg in [sheet, body, corner, top, few] {
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+
+    #[test]
+    fn slabs_are_drawn_as_bodies_of_one_row() {
+        let of = |set: &[&str]| {
+            let scenario = resolve("slab", set).unwrap();
+            sketch(&Plan::new(&scenario), scenario.slider.height_m, scenario.drive.kind)
+        };
+        let side = of(&[]);
+        assert!(
+            side.contains("whose bottom row rubs, 57 × 31 nodes") && side.contains("from the side"),
+            "{side}"
+        );
+        assert!(!side.contains("blocks in a row"));
+        // At any height, the highest too.
+        assert!(of(&["drive.height_m=0.075"]).contains("from the side"));
+        let top = of(&["drive.kind=top", "drive.height_m=0"]);
+        assert!(top.contains("springs drive it from the top"));
+        let few = of(&["slider.blocks=3", "slider.rows=2", "slider.height_m=0.07", "normal_load.tilt=0.3"]);
+        for svg in [side, top, few] {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }
     }

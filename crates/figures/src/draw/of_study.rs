@@ -14,9 +14,9 @@ use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
 pub use super::print::about::Origins;
-use super::print::{self, about::About, files_of};
+use super::print::{self, files_of};
 use super::sheet::Sheet;
-use super::text::plain;
+use super::{Drawn, drawn};
 use crate::draw::error::FigureError;
 use crate::{Figure, Kind};
 pub use gather::ScenarioOf;
@@ -81,42 +81,29 @@ impl Drawer {
                 Kind::Family { joined, theory } => curves::family(gathered, joined, theory, scenario_of),
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
             };
-            let path = folder.join(file);
-            let Figure { title, width_mm, .. } = &gathered.figure;
-            let mut sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
-            if let Some(measured) = &gathered.figure.measured {
-                sheet = sheet.with_measured(measured);
-            }
-            let about = about(gathered, &sheet, origins, provenance);
-            let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
-            print::write(&page, &about, files, &print::files_of(&path))?;
-            paths.extend(files_of(&path));
+            let Figure { title, width_mm, measured, .. } = &gathered.figure;
+            let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
+            let sheet = measured.iter().fold(sheet, Sheet::with_measured);
+            let Drawn { page, about, .. } =
+                drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
+            let written = files_of(&folder.join(file));
+            print::write(&page, &about, files, &written)?;
+            paths.extend(written);
         }
         Ok(paths)
     }
 }
 
-/// The metadata of a figure.
-fn about(gathered: &Gathered, sheet: &Sheet, origins: &Origins, provenance: bool) -> About {
-    let figure = &gathered.figure;
-    let (x, y) = (plain(&figure.x.label), plain(&figure.y.label));
-    let what = match figure.kind {
-        Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
-        Kind::Family { .. } => format!("{y} against {x}"),
-        Kind::Lengths { .. } => format!("Precursor lengths: {y} against {x}"),
-    };
-    let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
-    let mut caption = vec![what];
-    caption.extend(sheet.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
-    if let Kind::PhaseMap { statistic, .. } = figure.kind {
-        caption.extend(map::shared(gathered, statistic));
+/// What a figure shows.
+fn what(gathered: &Gathered) -> String {
+    match gathered.figure.kind {
+        Kind::PhaseMap { statistic, .. } => {
+            let shared = map::shared(gathered, statistic).map(|shared| format!("; {shared}"));
+            format!("A number of runs as colour over two keys{}", shared.unwrap_or_default())
+        }
+        Kind::Family { .. } => "Curves of a number of runs".to_owned(),
+        Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),
     }
-    let panels: Vec<String> =
-        sheet.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
-    caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
-    let labels = sheet.labels();
-    caption.extend((!labels.is_empty()).then(|| format!("shown: {}", labels.join(", "))));
-    About { title, caption: caption.join("; ") + ".", origins: origins.clone(), provenance }
 }
 
 #[cfg(test)]
@@ -125,9 +112,10 @@ mod tests {
     use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
     use asperity_testkit::scenario;
 
-    use super::{Drawer, Origins, about, curves, map};
+    use super::{Drawer, curves, map, what};
     use crate::draw::scale::Scale;
     use crate::draw::sheet::{Marker, Shape, Sheet};
+    use crate::draw::words;
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
     fn gathered(figure: &str) -> Drawer {
@@ -248,7 +236,7 @@ mod tests {
             run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
             let Kind::PhaseMap { statistic, .. } = gathered.figures[0].figure.kind else { panic!("a map") };
             let sheet = map::sheet(&gathered.figures[0], statistic, false).unwrap();
-            let caption = about(&gathered.figures[0], &sheet, &Origins::default(), false).caption;
+            let (.., caption) = words(&what(&gathered.figures[0]), &sheet);
             assert!(
                 caption.contains(&format!("; {} of 1 to 3 runs per cell.", statistic.word())),
                 "{caption}"

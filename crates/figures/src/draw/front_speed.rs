@@ -6,9 +6,10 @@ use asperity_model::front::{self, Front};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::kind::{Figure, Group, Parts, keys, of_runs_in};
 use super::scale::Scale;
-use super::sheet::{Panel, Pen, Sheet};
+use super::sheet::{Panel, Point, Sheet};
+use super::study::groups;
 
 keys! {
     FrontSpeed;
@@ -49,33 +50,29 @@ impl Figure for FrontSpeed {
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let (mut speeds, mut deviations, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, series) in self.series.iter().enumerate() {
-            let pen = Pen::nth(index, &series.label);
-            let (mut points, mut errors, mut ratio) = (Vec::new(), Vec::new(), Vec::new());
-            let mut theory = None;
-            for name in &series.runs {
-                let Part { prestress, theory: of_run, speed, error } = *find(&parts, name)?;
-                theory = theory.or(of_run);
-                // A front that did not come so far leaves a gap.
-                let Some(speed) = speed else { continue };
-                points.push((prestress, speed));
-                ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
-                errors.extend(error.map(|error| (prestress, 1e3 * error.abs())));
-            }
+        let mut is_of_law = true;
+        for (pen, runs) in groups(&self.series, &parts)? {
+            let theory = runs.iter().find_map(|run| run.theory);
+            is_of_law &= theory.is_some();
+            // A front that did not come so far leaves a gap.
+            let fronts = || runs.iter().filter_map(|run| Some((run.prestress, run.speed?, run.error)));
+            let points = fronts().map(|(prestress, speed, _)| (prestress, speed)).collect();
+            let ratio: Vec<Point> =
+                fronts().map(|(at, speed, _)| (at, speed * (1.0 - at * at).sqrt())).collect();
+            let errors = fronts().filter_map(|(at, _, error)| Some((at, 1e3 * error?.abs()))).collect();
             if let Some(theory) = theory {
                 speeds.push(pen.line(theory.curve(self.to_speed)));
             }
             speeds.push(pen.marks(points));
             let pen = pen.unlabelled();
             ratios.extend([pen.line(ratio.clone()), pen.marks(ratio)]);
-            deviations.push((theory.is_some(), pen.marks(errors)));
+            deviations.push(pen.marks(errors));
         }
-        let lower = if deviations.iter().all(|(has_law, _)| *has_law) {
-            let layers = deviations.into_iter().map(|(_, layer)| layer).collect();
-            Panel::new(Scale::between("τ", 0.0, 1.0), Scale::free_powers("1000 |Δv|/v"), layers)
-        } else {
-            Panel::new(Scale::between("τ", 0.0, 1.0), Scale::free("√(1 − τ²) v/c"), ratios)
+        let (y, layers) = match is_of_law {
+            true => (Scale::free_powers("1000 |Δv|/v"), deviations),
+            false => (Scale::free("√(1 − τ²) v/c"), ratios),
         };
+        let lower = Panel::new(Scale::between("τ", 0.0, 1.0), y, layers);
         if lower.is_empty() {
             return Err("no run has a front so far".to_owned());
         }

@@ -12,17 +12,23 @@ use asperity_numbers::run_data::{NotKept, RunData};
 
 use super::kind::{Figure, Frame, Framed, Parts, of_runs_in, with_pens};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, INK, Layer, Marker, Shape, Sheet};
+use super::sheet::{BLUE, Dash, INK, Layer, Marker, Point, Shape, Sheet};
 use crate::spec::{Lengths, Measured};
 
 /// What is shown of a run.
 pub(crate) struct Part {
-    law: Vec<(f64, f64)>,
-    points: Vec<(f64, f64)>,
+    law: Vec<Point>,
+    points: Vec<Point>,
     /// `A_p / A` over an area; else empty.
-    areas: Vec<(f64, f64)>,
+    areas: Vec<Point>,
     /// Both in their place, where the drive is held.
     beside_hold: Option<[Layer; 4]>,
+}
+
+/// A law from no length to that of the slider, in so many steps: the load at each.
+pub(super) fn course(law: LengthLaw, parameters: &LengthLawParameters, steps: u32) -> Vec<Point> {
+    let lengths = (0..=steps).map(|n| f64::from(n) / f64::from(steps));
+    lengths.map(|length| (law.load_ratio(parameters, length), length)).collect()
 }
 
 impl Framed for Lengths {
@@ -49,13 +55,10 @@ impl Figure for Lengths {
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let parameters = LengthLawParameters::of(&run.scenario);
-        let line = |law: LengthLaw| {
-            let shares = (0..=400).map(|i| f64::from(i) / 400.0);
-            shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
-        };
-        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario)).map_or_else(Vec::new, line);
+        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario));
+        let law = law.map_or_else(Vec::new, |law| course(law, &parameters, 400));
         let found = precursors::one_by_one(run);
-        let points: Vec<(f64, f64)> =
+        let points: Vec<Point> =
             found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
         let area = |found: &Precursor<'_>| (found.start.ft_fn_onset, found.area_ratio(run.header.blocks));
         let areas = if run.of_one_row().is_none() { found.iter().map(area).collect() } else { Vec::new() };
@@ -66,27 +69,20 @@ impl Figure for Lengths {
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let mut series = Vec::new();
+        let mut drawn = Vec::new();
         let mut longest: f64 = 0.0;
-        let mut any_line = false;
-        let mut is_over_area = false;
+        let (mut any_line, mut is_over_area) = (false, false);
         for (pen, Part { law, points, areas, beside_hold }) in with_pens(&self.series, &parts)? {
-            if !areas.is_empty() {
-                is_over_area = true;
-                series.push(pen.unlabelled().discs(areas.clone()));
-            }
+            is_over_area |= !areas.is_empty();
             any_line |= !law.is_empty();
             longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
+            drawn.extend((!areas.is_empty()).then(|| pen.unlabelled().discs(areas.clone())));
             match beside_hold {
                 None => {
-                    series.push(pen.marks(points.clone()));
-                    if !law.is_empty() {
-                        series.push(pen.line(law.clone()));
-                    }
+                    drawn.push(pen.marks(points.clone()));
+                    drawn.extend((!law.is_empty()).then(|| pen.line(law.clone())));
                 }
-                Some(of_both_sides) => {
-                    series.extend(of_both_sides.iter().filter(|layer| !layer.points().is_empty()).cloned());
-                }
+                Some(of_both) => drawn.extend(of_both.iter().filter(|of| !of.points().is_empty()).cloned()),
             }
         }
         if let (Some(law), false) = (self.law, any_line) {
@@ -97,18 +93,14 @@ impl Figure for Lengths {
                 law.label()
             ));
         }
-        let mut note =
-            self.law.map_or_else(String::new, |law| format!("marks: simulated, lines: {}", law.label()));
-        if is_over_area {
-            note += if note.is_empty() { "" } else { ", " };
-            note += "discs: A_p/A";
-        }
+        let of_law = self.law.map(|law| format!("marks: simulated, lines: {}", law.label()));
+        let of_areas = is_over_area.then(|| "discs: A_p/A".to_owned());
+        let note: Vec<String> = of_law.into_iter().chain(of_areas).collect();
         // Curves first, so that marks lie on top of them.
-        let mut drawn = series.clone();
         drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        Ok(Sheet::single(x, y, drawn).noted(&note))
+        Ok(Sheet::single(x, y, drawn).noted(&note.join(", ")))
     }
 }
 
@@ -117,14 +109,14 @@ impl Figure for Lengths {
 fn beside_hold(
     run: &RunData,
     hold_step: u64,
-    points: &[(f64, f64)],
-    law: &[(f64, f64)],
+    points: &[Point],
+    law: &[Point],
 ) -> Result<[Layer; 4], NotKept> {
     let loads = run.loads()?;
     let found = precursors::one_by_one(run);
     let (before, after): (Vec<_>, Vec<_>) =
         found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
-    let marks = |found: Vec<(_, &(f64, f64))>| found.into_iter().map(|(_, point)| *point).collect();
+    let marks = |found: Vec<(_, &Point)>| found.into_iter().map(|(_, point)| *point).collect();
     let at_hold = loads.partition_point(|load| load.step <= hold_step);
     let reached = at_hold.checked_sub(1).map_or(0.0, |index| loads[index].load_ratio());
     let end = law.partition_point(|(load, _)| *load <= reached);

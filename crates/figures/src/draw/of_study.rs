@@ -14,13 +14,13 @@ use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
 pub use super::print::about::Origins;
-use super::print::{self, about::About, files_of};
+use super::print::{self, files_of};
 use super::sheet::Sheet;
-use super::text::plain;
+use super::{Drawn, drawn};
 use crate::draw::error::FigureError;
 use crate::{Figure, Kind};
-use gather::Gathered;
 pub use gather::ScenarioOf;
+use gather::{Gathered, Heads, Row};
 
 /// The tables whose rows are asked for.
 const TABLES: [&str; 2] = ["runs", "ruptures"];
@@ -29,34 +29,31 @@ const TABLES: [&str; 2] = ["runs", "ruptures"];
 #[derive(Debug)]
 pub struct Drawer {
     figures: Vec<Gathered>,
+    heads: [Heads; 2],
 }
 
 impl Drawer {
     /// Of these figures.
     pub fn new(figures: &[Figure]) -> Drawer {
-        Drawer { figures: figures.iter().cloned().map(Gathered::new).collect() }
+        Drawer { figures: figures.iter().cloned().map(Gathered::new).collect(), heads: <_>::default() }
     }
 
     /// A table with these columns begins.
     pub fn begin(&mut self, table: &str, columns: &[Column]) {
-        let [runs, ruptures] = TABLES;
-        for figure in &mut self.figures {
-            if table == runs {
-                figure.find_columns(columns);
-            } else if table == ruptures {
-                figure.find_rupture_columns(columns);
-            }
+        if let Some(n) = TABLES.iter().position(|name| *name == table) {
+            let heads = columns.iter().enumerate().map(|(at, column)| (column.name.to_string(), at));
+            self.heads[n] = heads.collect();
         }
     }
 
     /// A row of a table: the ruptures of a run come before the run.
     pub fn row(&mut self, table: &str, cells: &[Cell]) {
-        let [runs, ruptures] = TABLES;
+        let ([runs, ruptures], [of_runs, of_ruptures]) = (TABLES, &self.heads);
         for figure in &mut self.figures {
             if table == runs {
-                figure.run(cells);
-            } else if table == ruptures {
-                figure.rupture(cells);
+                figure.run(Row(of_runs, cells));
+            } else if table == ruptures && matches!(figure.figure.kind, Kind::Lengths { .. }) {
+                figure.rupture(Row(of_ruptures, cells));
             }
         }
     }
@@ -84,42 +81,29 @@ impl Drawer {
                 Kind::Family { joined, theory } => curves::family(gathered, joined, theory, scenario_of),
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
             };
-            let path = folder.join(file);
-            let Figure { title, width_mm, .. } = &gathered.figure;
-            let mut sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
-            if let Some(measured) = &gathered.figure.measured {
-                sheet = sheet.with_measured(measured);
-            }
-            let about = about(gathered, &sheet, origins, provenance);
-            let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
-            print::write(&page, &about, files, &print::files_of(&path))?;
-            paths.extend(files_of(&path));
+            let Figure { title, width_mm, measured, .. } = &gathered.figure;
+            let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
+            let sheet = measured.iter().fold(sheet, Sheet::with_measured);
+            let Drawn { page, about, .. } =
+                drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
+            let written = files_of(&folder.join(file));
+            print::write(&page, &about, files, &written)?;
+            paths.extend(written);
         }
         Ok(paths)
     }
 }
 
-/// The metadata of a figure.
-fn about(gathered: &Gathered, sheet: &Sheet, origins: &Origins, provenance: bool) -> About {
-    let figure = &gathered.figure;
-    let (x, y) = (plain(&figure.x.label), plain(&figure.y.label));
-    let what = match figure.kind {
-        Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
-        Kind::Family { .. } => format!("{y} against {x}"),
-        Kind::Lengths { .. } => format!("Precursor lengths: {y} against {x}"),
-    };
-    let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
-    let mut caption = vec![what];
-    caption.extend(sheet.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
-    if let Kind::PhaseMap { statistic, .. } = figure.kind {
-        caption.extend(map::shared(gathered, statistic));
+/// What a figure shows.
+fn what(gathered: &Gathered) -> String {
+    match gathered.figure.kind {
+        Kind::PhaseMap { statistic, .. } => {
+            let shared = map::shared(gathered, statistic).map(|shared| format!("; {shared}"));
+            format!("A number of runs as colour over two keys{}", shared.unwrap_or_default())
+        }
+        Kind::Family { .. } => "Curves of a number of runs".to_owned(),
+        Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),
     }
-    let panels: Vec<String> =
-        sheet.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
-    caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
-    let labels = sheet.labels();
-    caption.extend((!labels.is_empty()).then(|| format!("shown: {}", labels.join(", "))));
-    About { title, caption: caption.join("; ") + ".", origins: origins.clone(), provenance }
 }
 
 #[cfg(test)]
@@ -128,13 +112,13 @@ mod tests {
     use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
     use asperity_testkit::scenario;
 
-    use super::gather::Gathered;
-    use super::{Drawer, Origins, about, curves, map};
+    use super::{Drawer, curves, map, what};
     use crate::draw::scale::Scale;
     use crate::draw::sheet::{Marker, Shape, Sheet};
+    use crate::draw::words;
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
-    fn gathered(figure: &str) -> Gathered {
+    fn gathered(figure: &str) -> Drawer {
         let values = |values: &[f64]| values.iter().map(|value| Cell::Number(*value)).collect();
         let key = |path, numbers| Axis {
             keys: vec![Key { path, is_number: true, log: false, values: values(numbers) }],
@@ -165,12 +149,12 @@ mod tests {
             ],
         );
         drawer.begin("ruptures", Rupture::COLUMNS);
-        drawer.figures.remove(0)
+        drawer
     }
 
     /// Tells of a run, whose first slip may lack.
     fn run(
-        to: &mut Gathered,
+        to: &mut Drawer,
         number: u64,
         (tilt, stiffness): (f64, f64),
         status: &'static str,
@@ -178,14 +162,17 @@ mod tests {
     ) {
         let blocks = if status == "done" { Cell::Count(10) } else { Cell::Empty };
         let slip = slip_s.map_or(Cell::Empty, Cell::Number);
-        to.run(&[
-            Cell::Step(number),
-            Cell::Number(tilt),
-            Cell::Number(stiffness),
-            Cell::Word(status.into()),
-            slip,
-            blocks,
-        ]);
+        to.row(
+            "runs",
+            &[
+                Cell::Step(number),
+                Cell::Number(tilt),
+                Cell::Number(stiffness),
+                Cell::Word(status.into()),
+                slip,
+                blocks,
+            ],
+        );
     }
 
     fn lines(sheet: &Sheet) -> Vec<Vec<(f64, f64)>> {
@@ -211,7 +198,7 @@ mod tests {
             };
             run(&mut gathered, n, place, status, slip_s);
         }
-        let sheet = map::sheet(&gathered, Statistic::Median, false).unwrap();
+        let sheet = map::sheet(&gathered.figures[0], Statistic::Median, false).unwrap();
         let [cells, none, crossed] = &sheet.panels[0].layers[..] else { panic!("{sheet:?}") };
         let Shape::Cells(cells) = &cells.shape else { panic!("{cells:?}") };
         assert_eq!(cells.len(), 4);
@@ -247,9 +234,9 @@ mod tests {
                 run(&mut gathered, n as u64, (0.0, 1.0), "done", Some(slip_s));
             }
             run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
-            let Kind::PhaseMap { statistic, .. } = gathered.figure.kind else { panic!("a map") };
-            let sheet = map::sheet(&gathered, statistic, false).unwrap();
-            let caption = about(&gathered, &sheet, &Origins::default(), false).caption;
+            let Kind::PhaseMap { statistic, .. } = gathered.figures[0].figure.kind else { panic!("a map") };
+            let sheet = map::sheet(&gathered.figures[0], statistic, false).unwrap();
+            let (.., caption) = words(&what(&gathered.figures[0]), &sheet);
             assert!(
                 caption.contains(&format!("; {} of 1 to 3 runs per cell.", statistic.word())),
                 "{caption}"
@@ -276,7 +263,7 @@ mod tests {
             run(&mut gathered, 3, (tilt, 4.0), "done", Some(3.0 + extra));
         }
         let none = |_| Err("no scenario is asked for".to_owned());
-        let sheet = curves::family(&gathered, true, None, &none).unwrap();
+        let sheet = curves::family(&gathered.figures[0], true, None, &none).unwrap();
         let line = &lines(&sheet)[0];
         assert!(line[0] == (1.0, 1.5) && line[1].1.is_nan() && line[2] == (4.0, 3.5), "{line:?}");
         let of = |shape: &Shape| match shape {
@@ -290,7 +277,7 @@ mod tests {
     }
 
     /// A rupture from one block to another.
-    fn rupture(to: &mut Gathered, number: u64, onset_step: u64, blocks: (u32, u32), ft_fn: f64) {
+    fn rupture(to: &mut Drawer, number: u64, onset_step: u64, blocks: (u32, u32), ft_fn: f64) {
         let cell = |column: &Column| match column.name.as_ref() {
             "rupture" => Cell::Step(number),
             "onset_step" => Cell::Step(onset_step),
@@ -300,7 +287,7 @@ mod tests {
             "ft_fn_onset" => Cell::Number(ft_fn),
             _ => Cell::Empty,
         };
-        to.rupture(&Rupture::COLUMNS.iter().map(cell).collect::<Vec<Cell>>());
+        to.row("ruptures", &Rupture::COLUMNS.iter().map(cell).collect::<Vec<Cell>>());
     }
 
     #[test]
@@ -324,11 +311,9 @@ mod tests {
         run(&mut gathered, 2, (0.0, 2.0), "done", None);
         rupture(&mut gathered, 0, 10, (1, 3), 0.1);
         run(&mut gathered, 3, (0.0, 4.0), "done", None);
-        let marks: Vec<(f64, f64)> = gathered
-            .marks
-            .iter()
-            .map(|(.., load, length)| (f64::from_bits(*load), f64::from_bits(*length)))
-            .collect();
+        let marks = gathered.figures[0].marks.values().flatten();
+        let marks: Vec<(f64, f64)> =
+            marks.map(|(load, length)| (f64::from_bits(*load), f64::from_bits(*length))).collect();
         let near = |found: (f64, f64), load: f64, length: f64| {
             (found.0 / load - 1.0).abs() < 2e-4 && (found.1 / length - 1.0).abs() < 2e-4
         };
@@ -339,7 +324,7 @@ mod tests {
             let tilt = tilts.iter().find(|(of, _)| *of == run).map(|(_, tilt)| *tilt).ok_or("not shown")?;
             Ok(scenario("default", &[format!("normal_load.tilt={tilt}")]).0)
         };
-        let lines = lines(&curves::lengths(&gathered, None, &scenario_of).unwrap());
+        let lines = lines(&curves::lengths(&gathered.figures[0], None, &scenario_of).unwrap());
         assert_eq!(lines.len(), 2);
         // (5.22) for the tilted load, (5.57) for the even one: 0.45 at the end, and half of it half way.
         assert!(lines.iter().all(|line| (line[200].0 - 0.45).abs() < 1e-12), "{lines:?}");

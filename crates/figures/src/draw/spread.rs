@@ -6,9 +6,10 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::kind::{Figure, Group, Parts, keys, of_runs_in};
 use super::scale::Scale;
-use super::sheet::{Dash, Layer, Panel, Pen, RED, Sheet};
+use super::sheet::{Dash, Layer, Panel, RED, Sheet};
+use super::study::groups;
 
 keys! {
     Spread;
@@ -52,35 +53,23 @@ impl Figure for Spread {
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let all =
-            self.runs().into_iter().map(|name| find(&parts, name).copied()).collect::<Result<Vec<_>, _>>()?;
-        if all.is_empty() {
+        if parts.is_empty() {
             return Err("panel: there are no runs to show".to_owned());
         }
         // All cases share their axes.
         let stated = self.panel.iter().map(|case| case.stated_s);
-        let times = all.iter().map(|(_, time_s)| *time_s).chain(stated);
-        let x = Scale::free_powers("Δt (s)").fitted(all.iter().map(|(step_s, _)| *step_s));
+        let x = Scale::free_powers("Δt (s)").fitted(parts.values().map(|(step_s, _)| *step_s));
+        let times = parts.values().map(|(_, time_s)| *time_s).chain(stated);
         let y = Scale::free("t of first global slip (s)").fitted(times);
         let ends = x.ends();
-        let mut drawn = all.iter();
-        let panels = self
-            .panel
-            .iter()
-            .map(|case| {
-                let mut series = vec![Layer::line(
-                    "thesis",
-                    vec![(ends.0, case.stated_s), (ends.1, case.stated_s)],
-                    Dash::Dashed,
-                    RED,
-                )];
-                for (index, steps) in case.series.iter().enumerate() {
-                    let points = drawn.by_ref().take(steps.runs.len()).copied().collect();
-                    series.push(Pen::nth(index, &steps.label).marks(points));
-                }
-                Panel::new(x.clone(), y.clone(), series).titled(&case.label)
-            })
-            .collect();
+        let mut panels = Vec::new();
+        for case in &self.panel {
+            let stated = vec![(ends.0, case.stated_s), (ends.1, case.stated_s)];
+            let mut layers = vec![Layer::line("thesis", stated, Dash::Dashed, RED)];
+            let groups = groups(&case.series, &parts)?.into_iter();
+            layers.extend(groups.map(|(pen, runs)| pen.marks(runs.into_iter().copied().collect())));
+            panels.push(Panel::new(x.clone(), y.clone(), layers).titled(&case.label));
+        }
         Ok(Sheet::of(panels))
     }
 }

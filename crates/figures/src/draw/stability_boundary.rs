@@ -6,9 +6,10 @@ use asperity_numbers::Number;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
+use super::kind::{Figure, Group, Parts, keys, of_runs_in};
 use super::scale::Scale;
-use super::sheet::{Dash, Layer, Pen, Sheet, nth};
+use super::sheet::{Dash, Layer, Sheet, nth};
+use super::study::groups;
 
 keys! {
     StabilityBoundary;
@@ -68,8 +69,7 @@ impl Figure for StabilityBoundary {
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
         let mut drawn = Vec::new();
-        for (index, group) in self.series.iter().enumerate() {
-            let mut of_group = group.runs().map(|name| find(&parts, name)).collect::<Result<Vec<_>, _>>()?;
+        for (index, (pen, mut of_group)) in groups(&self.series, &parts)?.into_iter().enumerate() {
             of_group.sort_by(|a, b| {
                 (a.velocity_m_per_s.total_cmp(&b.velocity_m_per_s)).then(a.stiffness.total_cmp(&b.stiffness))
             });
@@ -78,16 +78,15 @@ impl Figure for StabilityBoundary {
                     && pair[0].growth > 0.0
                     && pair[1].growth <= 0.0
             });
-            let measured = crossings.map(|pair| {
+            let marks = crossings.map(|pair| {
                 let share = pair[0].growth / (pair[0].growth - pair[1].growth);
                 let stiffness = pair[0].stiffness + share * (pair[1].stiffness - pair[0].stiffness);
                 (pair[0].velocity_m_per_s, stiffness)
             });
-            let marks: Vec<(f64, f64)> = measured.collect();
             let mut theory: Vec<(f64, f64)> = of_group.iter().flat_map(|part| part.theory.clone()).collect();
             theory.sort_by(|a, b| a.0.total_cmp(&b.0));
             drawn.push(Layer::line("", theory, Dash::Solid, nth(index).2));
-            drawn.push(Pen::nth(index, &group.label).marks(marks));
+            drawn.push(pen.marks(marks.collect()));
         }
         let marks = || drawn.iter().skip(1).step_by(2).flat_map(Layer::points);
         if marks().next().is_none() {

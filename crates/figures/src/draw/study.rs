@@ -6,7 +6,7 @@ use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Group, Parts, find, keys, of_runs_in};
 use super::scale::Scale;
-use super::sheet::{Panel, Pen, Sheet};
+use super::sheet::{Panel, Pen, Point, Sheet};
 
 keys! {
     StudyFigure;
@@ -47,6 +47,18 @@ fn scale(is_logarithmic: bool, label: &str) -> Scale {
     if is_logarithmic { Scale::free_powers(label) } else { Scale::free(label) }
 }
 
+/// The groups of a figure, each with the pen that draws it and the parts of its runs.
+pub(super) fn groups<'a, P>(
+    series: &'a [Group],
+    parts: &'a Parts<P>,
+) -> Result<Vec<(Pen<'a>, Vec<&'a P>)>, String> {
+    let group = |(index, group): (usize, &'a Group)| {
+        let runs = group.runs().map(|name| find(parts, name)).collect::<Result<_, _>>()?;
+        Ok((Pen::nth(index, &group.label), runs))
+    };
+    series.iter().enumerate().map(group).collect()
+}
+
 impl Figure for StudyFigure {
     of_runs_in!(series, (f64, [Option<f64>; 2]));
 
@@ -57,10 +69,9 @@ impl Figure for StudyFigure {
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        let lacks = || format!("run {} has no {}", run.name, self.parameter);
         let at = match Number::find(&self.parameter) {
-            Ok(number) => {
-                number.of(run, None).ok_or_else(|| format!("run {} has no {}", run.name, self.parameter))?
-            }
+            Ok(number) => number.of(run, None).ok_or_else(lacks)?,
             Err(_) => run.parameter(&self.parameter)?,
         };
         let at = at * self.parameter_factor;
@@ -79,20 +90,16 @@ impl Figure for StudyFigure {
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut drawn = Vec::new();
-        for (index, series) in self.series.iter().enumerate() {
-            let pen = Pen::nth(index, &series.label);
-            let (mut points, mut theory) = (Vec::new(), Vec::new());
-            for name in &series.runs {
-                let (at, [measured, by_theory]) = *find(&parts, name)?;
-                // A run without such a number leaves a gap.
-                points.extend(measured.map(|value| (at, value)));
-                theory.extend(by_theory.map(|value| (at, value)));
-            }
+        for (index, (pen, runs)) in groups(&self.series, &parts)?.into_iter().enumerate() {
+            // A run without such a number leaves a gap.
+            let numbers = |n: usize| runs.iter().filter_map(move |(at, of)| Some((*at, of[n]?)));
+            let points: Vec<Point> = numbers(0).collect();
             if self.theory.is_some() {
+                let mut theory: Vec<Point> = numbers(1).collect();
                 theory.sort_by(|a, b| a.0.total_cmp(&b.0));
                 // A name for the lines of all series stands in the legend once.
                 let of_first = self.theory_label.as_deref().map(|label| if index == 0 { label } else { "" });
-                drawn.push(Pen::nth(index, of_first.unwrap_or(&series.label)).line(theory));
+                drawn.push(Pen::nth(index, of_first.unwrap_or(pen.label)).line(theory));
             } else if !self.measure.is_count() {
                 // Between whole numbers there is nothing that a line could show.
                 drawn.push(pen.line(points.clone()));

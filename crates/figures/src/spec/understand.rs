@@ -10,8 +10,8 @@ use asperity_record::{Cell, unit_of};
 
 use super::axes::{Axis, Key, read_place};
 use super::figure::{Figure, Kind, Quantity, Theory};
-use super::measured::MeasuredFile;
-use super::written::{Family, Figures, Lengths, PhaseMap, Scale};
+use super::measured::{Measured, MeasuredFile};
+use super::written::{Common, Family, Figures, Lengths, PhaseMap, Scale};
 
 /// Most panels of a figure.
 const MOST_PANELS: usize = 12;
@@ -25,21 +25,14 @@ impl Figures {
     /// # Errors
     /// In words, with kind and file of the figure, key, value and what is accepted.
     pub fn understand(&self, axes: &[Axis<'_>], keeps_ruptures: bool) -> Result<Vec<Figure>, String> {
-        let mut all: Vec<Figure> = Vec::new();
-        let mut add = |kind: &str, file: &str, figure: Result<Figure, String>| {
-            all.push(figure.map_err(|problem| format!("figure.{kind} {file:?}: {problem}"))?);
-            Ok::<_, String>(())
+        let known = Known(axes);
+        let maps = self.phase_map.iter().map(|map| (map.common(), known.phase_map(map)));
+        let families = self.family.iter().map(|family| (family.common(), known.family(family)));
+        let lengths = self.lengths.iter().map(|of| (of.common(), known.lengths(of, keeps_ruptures)));
+        let named = |(of, figure): (Common<'_>, Result<Figure, String>)| {
+            figure.map_err(|problem| format!("figure.{} {:?}: {problem}", of.kind, of.file))
         };
-        let known = Known { axes };
-        for map in &self.phase_map {
-            add("phase-map", &map.file, known.phase_map(map))?;
-        }
-        for family in &self.family {
-            add("family", &family.file, known.family(family))?;
-        }
-        for lengths in &self.lengths {
-            add("lengths", &lengths.file, known.lengths(lengths, keeps_ruptures))?;
-        }
+        let all = maps.chain(families).chain(lengths).map(named).collect::<Result<Vec<Figure>, _>>()?;
         Figure::check_files(&all)?;
         Ok(all)
     }
@@ -77,129 +70,72 @@ fn plain_file(file: &str) -> Result<(), String> {
 }
 
 /// What a figure may speak of.
-struct Known<'a> {
-    axes: &'a [Axis<'a>],
-}
+struct Known<'a>(&'a [Axis<'a>]);
 
-/// The parts of a figure that all kinds have.
-struct Parts<'a> {
-    facet: &'a Option<String>,
-    over: &'a [String],
-    at: &'a [String],
-}
-
-/// Keys and the one value of each that is shown.
-type Slice = Vec<(String, Cell)>;
+/// Names in a figure, each with the key that gives it.
+type Used<'a> = Vec<(&'static str, &'a str)>;
 
 impl Known<'_> {
     fn phase_map(&self, map: &PhaseMap) -> Result<Figure, String> {
-        let PhaseMap { file, title, x, y, colour, statistic, facet, over, at, .. } = map;
+        let PhaseMap { x, y, colour, statistic, .. } = map;
         let (of_x, key_x) = self.key("x", x)?;
         let (of_y, key_y) = self.key("y", y)?;
         if x == y {
             return Err(format!("x and y are both {x} (accepted: two keys)"));
         }
-        let colours =
-            Quantity { is_word: false, ..number("colour", colour, &map.colour_label, map.colour_scale)? };
-        let parts = Parts { facet, over, at };
-        let (facet, at) = self.rest(&[("x", x), ("y", y)], &parts)?;
-        Ok(Figure {
-            kind: Kind::PhaseMap { statistic: *statistic, scattered: of_x == of_y },
-            file: file.clone(),
-            title: title.clone(),
-            width_mm: map.width_mm,
-            x: of_key("x", key_x, &map.x_label, map.x_scale)?,
-            y: of_key("y", key_y, &map.y_label, map.y_scale)?,
-            colour: Some(colours),
-            facet,
-            is_spread: !over.is_empty(),
-            at,
-            measured: None,
-        })
+        let colours = number("colour", colour, &map.colour_label, map.colour_scale)?;
+        let kind = Kind::PhaseMap { statistic: *statistic, scattered: of_x == of_y };
+        let axes =
+            [of_key("x", key_x, &map.x_label, map.x_scale)?, of_key("y", key_y, &map.y_label, map.y_scale)?];
+        self.figure(map.common(), kind, axes, Some(colours), vec![("x", x), ("y", y)], None)
     }
 
     fn family(&self, family: &Family) -> Result<Figure, String> {
-        let Family { file, title, x, y, colour, facet, over, at, theory, .. } = family;
-        let mut used: Vec<(&str, &str)> = Vec::new();
-        let (x_quantity, joined) = match self.key("x", x) {
+        let Family { x, y, x_label, x_scale, .. } = family;
+        let mut used = Used::new();
+        let (across, joined) = match self.key("x", x) {
+            Ok((_, key)) if !key.is_number => {
+                return Err(format!(
+                    "x = {x:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
+                ));
+            }
             Ok((axis, key)) => {
                 used.push(("x", x));
-                if !key.is_number {
-                    return Err(format!(
-                        "x = {x:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
-                    ));
-                }
-                (of_key("x", key, &family.x_label, family.x_scale)?, self.axes[axis].joined)
+                (of_key("x", key, x_label, *x_scale)?, self.0[axis].joined)
             }
-            Err(no_key) => {
-                let number = number("x", x, &family.x_label, family.x_scale).map_err(|_| no_key)?;
-                (number, false)
-            }
+            Err(no_key) => (number("x", x, x_label, *x_scale).map_err(|_| no_key)?, false),
         };
-        if *theory && used.is_empty() {
+        if family.theory && used.is_empty() {
             return Err(format!("theory = true with x = {x:?} (accepted: with a key that varies across)"));
         }
-        let theory = match (*theory, Theory::NUMBERS.iter().find(|(number, _)| number == y)) {
-            (false, _) => None,
-            (true, Some((_, theory))) => Some(*theory),
-            (true, None) => {
-                let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
-                return Err(format!("theory = true with y = {y:?} (accepted: with y one of {names})"));
-            }
-        };
-        let colours = self.colours(colour, &family.colour_label, family.colour_scale, &mut used)?;
-        let (facet, at) = self.rest(&used, &Parts { facet, over, at })?;
-        let y_quantity = number("y", y, &family.y_label, family.y_scale)?;
-        let axes = [&x_quantity, &y_quantity].map(|of| ([of.column.as_str(), &of.label], of.log));
+        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == y).map(|(_, theory)| *theory);
+        if family.theory && theory.is_none() {
+            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+            return Err(format!("theory = true with y = {y:?} (accepted: with y one of {names})"));
+        }
+        let upwards = number("y", y, &family.y_label, family.y_scale)?;
+        let axes = [&across, &upwards].map(|of| ([of.column.as_str(), &of.label], of.log));
         let measured = MeasuredFile::points(&family.measured, &family.measured_label, axes)?;
-        Ok(Figure {
-            kind: Kind::Family { joined, theory },
-            file: file.clone(),
-            title: title.clone(),
-            width_mm: family.width_mm,
-            x: x_quantity,
-            y: y_quantity,
-            colour: colours,
-            facet,
-            is_spread: !over.is_empty(),
-            at,
-            measured,
-        })
+        let kind = Kind::Family { joined, theory: theory.filter(|_| family.theory) };
+        let colours = self.colours(&family.colour, &family.common(), &mut used)?;
+        self.figure(family.common(), kind, [across, upwards], colours, used, measured)
     }
 
     fn lengths(&self, lengths: &Lengths, keeps_ruptures: bool) -> Result<Figure, String> {
-        let Lengths { file, title, law, colour, facet, over, at, colour_label, colour_scale, .. } = lengths;
         if !keeps_ruptures {
             return Err("its study keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
         }
-        let mut used = Vec::new();
-        let colours = self.colours(colour, colour_label, *colour_scale, &mut used)?;
-        let (facet, at) = self.rest(&used, &Parts { facet, over, at })?;
-        let quantity = |column: &str, label: &str| Quantity {
-            column: column.to_owned(),
-            label: label.to_owned(),
-            log: false,
-            is_word: false,
-        };
-        Ok(Figure {
-            kind: Kind::Lengths { law: *law },
-            file: file.clone(),
-            title: title.clone(),
-            width_mm: lengths.width_mm,
-            x: quantity("ft_fn_onset", "F_T/F_N"),
-            y: quantity("last_block", "L_p/L"),
-            colour: colours,
-            facet,
-            is_spread: !over.is_empty(),
-            at,
-            measured: lengths.measured()?,
-        })
+        let mut used = Used::new();
+        let colours = self.colours(&lengths.colour, &lengths.common(), &mut used)?;
+        let axes = [("ft_fn_onset", "F_T/F_N"), ("last_block", "L_p/L")];
+        let axes = axes.map(|(column, label)| quantity(column, &None, || label.to_owned(), false));
+        let kind = Kind::Lengths { law: lengths.law };
+        self.figure(lengths.common(), kind, axes, colours, used, lengths.measured()?)
     }
 
     /// The key of that name, and the number of its axis.
     fn key(&self, what: &str, name: &str) -> Result<(usize, &Key<'_>), String> {
-        let keys =
-            self.axes.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
+        let keys = self.0.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
         keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
             let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
             let numbers: Vec<&str> = numbers_of_summary().filter(|_| what == "x").map(Number::name).collect();
@@ -213,9 +149,8 @@ impl Known<'_> {
     fn colours<'a>(
         &self,
         colour: &'a Option<String>,
-        label: &Option<String>,
-        scale: Option<Scale>,
-        used: &mut Vec<(&'a str, &'a str)>,
+        of: &Common<'_>,
+        used: &mut Used<'a>,
     ) -> Result<Option<Quantity>, String> {
         let Some(name) = colour else { return Ok(None) };
         let (_, key) = self.key("colour", name)?;
@@ -224,29 +159,36 @@ impl Known<'_> {
             return Err(format!("colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"));
         }
         used.push(("colour", name));
-        of_key("colour", key, label, scale).map(Some)
+        of_key("colour", key, of.colours.0, of.colours.1).map(Some)
     }
 
-    /// Facet and slice; and that every axis has a part in the figure, since runs that differ in
+    /// A figure with its facet and its slice; and that every axis has a part in it, since runs that differ in
     /// something else would stand in one place as if they were the same.
-    fn rest(&self, used: &[(&str, &str)], parts: &Parts<'_>) -> Result<(Option<Quantity>, Slice), String> {
-        let mut used = used.to_vec();
+    fn figure<'a>(
+        &'a self,
+        of: Common<'a>,
+        kind: Kind,
+        [x, y]: [Quantity; 2],
+        colour: Option<Quantity>,
+        mut used: Used<'a>,
+        measured: Option<Measured>,
+    ) -> Result<Figure, String> {
         let mut facet = None;
-        if let Some(name) = parts.facet {
+        if let Some(name) = of.facet {
             let (_, key) = self.key("facet", name)?;
             let panels = key.values.len();
-            if panels > MOST_PANELS && !parts.at.iter().any(|at| at.starts_with(name.as_str())) {
+            if panels > MOST_PANELS && !of.at.iter().any(|at| at.starts_with(name)) {
                 return Err(format!("facet = {name:?} has {panels} values (accepted: up to {MOST_PANELS})"));
             }
             used.push(("facet", name));
             facet = Some(of_key("facet", key, &None, None)?);
         }
-        for name in parts.over {
+        for name in of.over {
             self.key("over", name)?;
             used.push(("over", name));
         }
-        let mut slice = Slice::new();
-        for text in parts.at {
+        let mut at = Vec::new();
+        for text in of.at {
             let (name, value) = text
                 .split_once('=')
                 .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
@@ -256,21 +198,20 @@ impl Known<'_> {
                 let values: Vec<String> = key.values.iter().take(20).map(Cell::to_string).collect();
                 let more = if key.values.len() > 20 { " and more" } else { "" };
                 return Err(format!(
-                    "at: {} is not among the values of {} (accepted: {}{more})",
-                    value,
+                    "at: {value} is not among the values of {} (accepted: {}{more})",
                     key.path,
                     values.join(", ")
                 ));
             }
             used.push(("at", key.path));
-            slice.push((key.path.to_owned(), value));
+            at.push((key.path.to_owned(), value));
         }
         for (n, (what, name)) in used.iter().enumerate() {
             if let Some((other, _)) = used[..n].iter().find(|(_, other)| other == name) {
                 return Err(format!("{name} is both {other} and {what} (accepted: one of them)"));
             }
         }
-        for axis in self.axes {
+        for axis in self.0 {
             let told = axis.keys.iter().any(|key| used.iter().any(|(_, name)| *name == key.path));
             if !told && axis.keys.iter().any(|key| key.values.len() > 1) {
                 let names: Vec<&str> = axis.keys.iter().map(|key| key.path).collect();
@@ -281,8 +222,15 @@ impl Known<'_> {
                 ));
             }
         }
-        Ok((facet, slice))
+        let (file, title) = (of.file.to_owned(), of.title.to_owned());
+        let is_spread = !of.over.is_empty();
+        Ok(Figure { kind, file, title, width_mm: of.width_mm, x, y, colour, facet, is_spread, at, measured })
     }
+}
+
+/// Numbers in a column.
+fn quantity(column: &str, label: &Option<String>, own: impl FnOnce() -> String, log: bool) -> Quantity {
+    Quantity { column: column.to_owned(), label: label.clone().unwrap_or_else(own), log, is_word: false }
 }
 
 /// A key on an axis of the figure.
@@ -300,12 +248,8 @@ fn of_key(
             key.path
         ));
     }
-    Ok(Quantity {
-        column: key.path.to_owned(),
-        label: label.clone().unwrap_or_else(|| key_label(key.path)),
-        log,
-        is_word: !key.is_number,
-    })
+    let quantity = quantity(key.path, label, || key_label(key.path), log);
+    Ok(Quantity { is_word: !key.is_number, ..quantity })
 }
 
 /// The numbers that every run over axes has.
@@ -326,14 +270,8 @@ fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) 
         let among = among(name, &names, "`asperity summary --schema`");
         return Err(format!("{what} = {name:?} is no number of the summary{among}"));
     };
-    let bare = key.label();
-    let own = with_unit(&bare, key.column.unit);
-    Ok(Quantity {
-        column: name.to_owned(),
-        label: label.clone().unwrap_or(own),
-        log: scale == Some(Scale::Log),
-        is_word: false,
-    })
+    let own = || with_unit(&key.label(), key.column.unit);
+    Ok(quantity(name, label, own, scale == Some(Scale::Log)))
 }
 
 fn with_unit(label: &str, unit: Option<&str>) -> String {

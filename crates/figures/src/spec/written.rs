@@ -35,83 +35,112 @@ impl Figures {
 
     /// The files of its figures.
     pub fn files(&self) -> impl Iterator<Item = &str> {
-        let maps = self.phase_map.iter().map(|map| &map.file);
-        let families = self.family.iter().map(|family| &family.file);
-        maps.chain(families).chain(self.lengths.iter().map(|lengths| &lengths.file)).map(String::as_str)
+        let maps = self.phase_map.iter().map(PhaseMap::common);
+        let others = self.family.iter().map(Family::common).chain(self.lengths.iter().map(Lengths::common));
+        maps.chain(others).map(|of| of.file)
     }
 }
 
-/// One number of the runs over two keys that vary.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PhaseMap {
-    /// Name of the file in the folder `figures` of the study, ending in `.png`.
-    pub file: String,
-    /// Title above the figure.
-    #[serde(default)]
-    pub title: String,
-    /// Width on paper, 40 to 400 mm.
-    #[serde(default)]
-    pub width_mm: Option<f64>,
+/// What all kinds say of themselves.
+pub(super) struct Common<'a> {
+    pub(super) kind: &'static str,
+    pub(super) file: &'a str,
+    pub(super) title: &'a str,
+    pub(super) width_mm: Option<f64>,
+    /// Label and scale of the colours.
+    pub(super) colours: (&'a Option<String>, Option<Scale>),
+    pub(super) facet: Option<&'a str>,
+    pub(super) over: &'a [String],
+    pub(super) at: &'a [String],
+}
+
+/// Declares a kind with the keys that all have, of which the comments on some are its own.
+macro_rules! kind {
+    (
+        $(#[$about:meta])* $kind:ident $name:literal;
+        $(#[$over:meta])* over;
+        $(#[$scale:meta])* colour_scale;
+        $($own:tt)*
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $kind {
+            /// Name of the file in the folder `figures` of the study, ending in `.png`.
+            pub file: String,
+            /// Title above the figure.
+            #[serde(default)]
+            pub title: String,
+            /// Width on paper, 40 to 400 mm.
+            #[serde(default)]
+            pub width_mm: Option<f64>,
+            /// A key with a panel for each of its values.
+            pub facet: Option<String>,
+            $(#[$over])*
+            #[serde(default)]
+            pub over: Vec<String>,
+            /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
+            #[serde(default)]
+            pub at: Vec<String>,
+            /// Label of the colours; by default symbol and unit.
+            pub colour_label: Option<String>,
+            $(#[$scale])*
+            pub colour_scale: Option<Scale>,
+            $($own)*
+        }
+
+        impl $kind {
+            pub(super) fn common(&self) -> Common<'_> {
+                let $kind { file, title, width_mm, colour_label, over, at, .. } = self;
+                let colours = (colour_label, self.colour_scale);
+                let facet = self.facet.as_deref();
+                Common { kind: $name, file, title, width_mm: *width_mm, colours, facet, over, at }
+            }
+        }
+    };
+}
+
+kind! {
+    /// One number of the runs over two keys that vary.
+    PhaseMap "phase-map";
+    /// Keys of axes whose runs share a place, such as seeds; the caption says how many runs a cell has.
+    over;
+    /// Scale of the colours; by default `linear`.
+    colour_scale;
+    /// The number of the summary that gives the colour; for a flag, yes is 1.
+    pub colour: String,
     /// The key across.
     pub x: String,
     /// The key upwards.
     pub y: String,
-    /// The number of the summary that gives the colour; for a flag, yes is 1.
-    pub colour: String,
     /// Statistic of the runs that share a place.
     #[serde(default)]
     pub statistic: Statistic,
-    /// A key with a panel for each of its values.
-    pub facet: Option<String>,
-    /// Keys of axes whose runs share a place, such as seeds; the caption says how many runs a cell has.
-    #[serde(default)]
-    pub over: Vec<String>,
-    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
-    #[serde(default)]
-    pub at: Vec<String>,
     /// Label of the axis across, by default symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
     /// Label of the axis upwards; by default symbol and unit.
     pub y_label: Option<String>,
-    /// Label of the colours; by default symbol and unit.
-    pub colour_label: Option<String>,
     /// Scale of the axis across; by default that of the sweep.
     pub x_scale: Option<Scale>,
     /// Scale of the axis upwards; by default that of the sweep.
     pub y_scale: Option<Scale>,
-    /// Scale of the colours; by default `linear`.
-    pub colour_scale: Option<Scale>,
 }
 
-/// A number of the runs as a family of curves.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Family {
-    /// Name of the file in the folder `figures` of the study, ending in `.png`.
-    pub file: String,
-    /// Title above the figure.
-    #[serde(default)]
-    pub title: String,
-    /// Width on paper, 40 to 400 mm.
-    #[serde(default)]
-    pub width_mm: Option<f64>,
+kind! {
+    /// A number of the runs as a family of curves.
+    Family "family";
+    /// Keys of axes whose runs share a place, such as seeds. The curve is their median; the darker band
+    /// lies between the quartiles, the lighter band between the extremes.
+    over;
+    /// Scale of the colours; by default that of the sweep.
+    colour_scale;
+    /// A key with a curve for each of its values.
+    pub colour: Option<String>,
     /// The quantity across: a key that varies, or a number of the summary, which then has a mark for each
     /// run.
     pub x: String,
     /// The quantity upwards: a number of the summary.
     pub y: String,
-    /// A key with a curve for each of its values.
-    pub colour: Option<String>,
-    /// A key with a panel for each of its values.
-    pub facet: Option<String>,
-    /// Keys of axes whose runs share a place, such as seeds. The curve is their median; the darker band
-    /// lies between the quartiles, the lighter band between the extremes.
-    #[serde(default)]
-    pub over: Vec<String>,
-    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
-    #[serde(default)]
-    pub at: Vec<String>,
     /// Whether to show the theory of `y` as a dashed line: for `first_global_rupture_ft_fn` the length
     /// law at L_p = L, for `first_global_rupture_onset_s` the load in time, for
     /// `front_speed_over_wave_speed_ratio` the steady front.
@@ -126,28 +155,22 @@ pub struct Family {
     pub x_label: Option<String>,
     /// Label of the axis upwards; by default symbol and unit.
     pub y_label: Option<String>,
-    /// Label of the colours; by default symbol and unit.
-    pub colour_label: Option<String>,
     /// Scale of the axis across; by default that of the sweep, or `linear`.
     pub x_scale: Option<Scale>,
     /// Scale of the axis upwards; by default `linear`.
     pub y_scale: Option<Scale>,
-    /// Scale of the colours; by default that of the sweep.
-    pub colour_scale: Option<Scale>,
 }
 
-/// Precursor lengths against load.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Lengths {
-    /// Name of the file in the folder `figures` of the study, ending in `.png`.
-    pub file: String,
-    /// Title above the figure.
-    #[serde(default)]
-    pub title: String,
-    /// Width on paper, 40 to 400 mm.
-    #[serde(default)]
-    pub width_mm: Option<f64>,
+kind! {
+    /// Precursor lengths against load.
+    Lengths "lengths";
+    /// Keys of axes whose runs belong together, such as seeds. Bands replace the marks: median, quartiles
+    /// and extremes of the load at which precursors reach a length.
+    over;
+    /// Scale of the colours; by default that of the sweep's axis.
+    colour_scale;
+    /// A key with marks and a law of its own for each of its values.
+    pub colour: Option<String>,
     /// The law drawn as a line; slabs, sheets and bodies have none. Without this key, `series` have no line, and runs over
     /// axes have the law that applies to each scenario; if runs of one colour have more than twelve laws,
     /// none is drawn.
@@ -160,21 +183,6 @@ pub struct Lengths {
     /// Named runs, each with its label in the legend.
     #[serde(default)]
     pub series: Vec<Labelled>,
-    /// A key with marks and a law of its own for each of its values.
-    pub colour: Option<String>,
-    /// A key with a panel for each of its values.
-    pub facet: Option<String>,
-    /// Keys of axes whose runs belong together, such as seeds. Bands replace the marks: median, quartiles
-    /// and extremes of the load at which precursors reach a length.
-    #[serde(default)]
-    pub over: Vec<String>,
-    /// Values of keys, such as `slider.blocks=100`: other runs are not shown.
-    #[serde(default)]
-    pub at: Vec<String>,
-    /// Label of the colours; by default symbol and unit.
-    pub colour_label: Option<String>,
-    /// Scale of the colours; by default that of the sweep's axis.
-    pub colour_scale: Option<Scale>,
 }
 
 /// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
@@ -207,9 +215,9 @@ impl Lengths {
     /// # Errors
     /// In words, with the keys and what is accepted.
     pub fn check(&self) -> Result<(), String> {
-        let Lengths { colour, facet, over, at, colour_label, colour_scale, .. } = self;
+        let Common { colours: (colour_label, colour_scale), facet, over, at, .. } = self.common();
         let of_tables = [
-            ("colour", colour.is_some()),
+            ("colour", self.colour.is_some()),
             ("facet", facet.is_some()),
             ("over", !over.is_empty()),
             ("at", !at.is_empty()),

@@ -20,11 +20,20 @@ struct Spot {
     done: bool,
 }
 
+/// What a panel shows: values, and the places without one.
+#[derive(Default)]
+struct Shown {
+    discs: Vec<Layer>,
+    cells: Vec<Tile>,
+    none: Vec<Point>,
+    no_run: Vec<Point>,
+}
+
 /// The places of the map, by panel, x and y.
 fn spots(gathered: &Gathered) -> BTreeMap<(usize, u64, u64), Spot> {
     let mut spots: BTreeMap<(usize, u64, u64), Spot> = BTreeMap::new();
     for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite() && sample.y.is_finite()) {
-        let spot = spots.entry((sample.panel, bits(sample.x), bits(sample.y))).or_default();
+        let spot = spots.entry((sample.group.0, bits(sample.x), bits(sample.y))).or_default();
         spot.numbers.extend(sample.value);
         spot.done |= sample.done;
     }
@@ -67,40 +76,31 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     let (edges_x, edges_y) = (edges(&x, &xs), edges(&y, &ys));
     let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
 
-    let mut panels: BTreeMap<usize, Vec<Layer>> = BTreeMap::new();
-    let mut cells: BTreeMap<usize, Vec<Tile>> = BTreeMap::new();
-    let mut without: [BTreeMap<usize, Vec<Point>>; 2] = [BTreeMap::new(), BTreeMap::new()];
+    let mut panels: BTreeMap<usize, Shown> = BTreeMap::new();
     for ((panel, at_x, at_y), spot) in &spots {
-        let (at_x, at_y) = (f64::from_bits(*at_x), f64::from_bits(*at_y));
+        let at = (f64::from_bits(*at_x), f64::from_bits(*at_y));
+        let Shown { discs, cells, none, no_run } = panels.entry(*panel).or_default();
         match value(spot).and_then(|value| colours.of_number(value)) {
-            Some(color) if scattered => {
-                let disc = Layer::discs("", vec![(at_x, at_y)], DISC, color);
-                panels.entry(*panel).or_default().push(disc);
-            }
+            Some(color) if scattered => discs.push(Layer::discs("", vec![at], DISC, color)),
             Some(color) => {
-                let (nx, ny) = (index(&xs, at_x), index(&ys, at_y));
-                let corners = [(edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1])];
-                cells.entry(*panel).or_default().push((corners, color));
+                let (nx, ny) = (index(&xs, at.0), index(&ys, at.1));
+                cells.push(([(edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1])], color));
             }
-            None => without[usize::from(!spot.done)].entry(*panel).or_default().push((at_x, at_y)),
+            None if spot.done => none.push(at),
+            None => no_run.push(at),
         }
     }
-    for (panel, cells) in cells {
-        panels.entry(panel).or_default().push(Layer::cells(cells));
-    }
-    let [none, no_run] = without;
-    for (panel, points) in none {
-        let layer = match scattered {
-            true => Layer::marks("none", points, Marker::Circle, GREY),
+    let layers = |Shown { discs: mut layers, cells, none, no_run }: Shown| {
+        layers.extend((!cells.is_empty()).then(|| Layer::cells(cells)));
+        layers.extend((!none.is_empty()).then(|| match scattered {
+            true => Layer::marks("none", none, Marker::Circle, GREY),
             false => Layer::new("none", Shape::Cells(Vec::new()), plotters::prelude::WHITE),
-        };
-        panels.entry(panel).or_default().push(layer);
-    }
-    for (panel, points) in no_run {
-        panels.entry(panel).or_default().push(Layer::marks("no run", points, Marker::Cross, GREY));
-    }
-    let panels = in_order(gathered, panels, &x, &y);
-    Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
+        }));
+        layers.extend((!no_run.is_empty()).then(|| Layer::marks("no run", no_run, Marker::Cross, GREY)));
+        layers
+    };
+    let panels = panels.into_iter().map(|(panel, shown)| (panel, layers(shown))).collect();
+    Ok(Sheet { bar: Some(colours), ..Sheet::of(in_order(gathered, panels, &x, &y)) })
 }
 
 /// The panels in the order of their values, each with its title.

@@ -52,7 +52,6 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use asperity_files::FileSet;
-use asperity_numbers::curve::{NamedCurves, place};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
@@ -60,16 +59,17 @@ use serde::Deserialize;
 
 use crate::spec::{self, Family, Lengths, MeasuredFile, PhaseMap};
 use crate::spelling::spelled;
+use curve::OfCurves;
 pub use error::FigureError;
 use kind::{AnyFigure, AnyPart, Figure, Parts};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
-use sheet::Sheet;
+use sheet::{Sheet, each_once};
 use text::plain;
 
 macro_rules! kinds {
-    (curves: $($curves:ident: $of:ident $of_name:literal, $key:literal;)* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+    (curves: $($curves:ident: $of:ident, $key:literal;)* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a study, by kind: those of single runs, and those of the tables of runs over
         /// axes.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -81,8 +81,8 @@ macro_rules! kinds {
             family: Vec<Family>,
             $(
                 #[serde(default, rename = $key)]
-                #[schemars(description = NamedCurves::all()[place($of_name)].about.trim_ascii())]
-                $curves: Vec<curve::$of<{ place($of_name) }>>,
+                #[schemars(description = curve::$of::CURVES.about.trim_ascii())]
+                $curves: Vec<curve::$of>,
             )*
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
@@ -92,7 +92,7 @@ macro_rules! kinds {
             fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
                 let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
                 $({
-                    let what = NamedCurves::all()[place($of_name)].about.trim_ascii();
+                    let what = curve::$of::CURVES.about.trim_ascii();
                     all.extend(self.$curves.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 $({
@@ -108,15 +108,15 @@ macro_rules! kinds {
 
 kinds! {
     curves:
-    damping: OfSeries "ring-down", "damping";
-    displacement: OfRun "displacement", "displacement";
-    front: OfRun "front", "front";
-    initial_shear: OfSeries "initial-shear", "initial-shear";
-    loads: OfRun "loads", "loads";
-    forces: OfRun "forces", "forces";
-    velocities: OfRun "velocities", "velocities";
-    slipped: OfSeries "slipped", "slipped";
-    pulse: OfSeries "pulse", "pulse";
+    damping: Damping, "damping";
+    displacement: Displacement, "displacement";
+    front: Front, "front";
+    initial_shear: InitialShear, "initial-shear";
+    loads: Loads, "loads";
+    forces: Forces, "forces";
+    velocities: Velocities, "velocities";
+    slipped: Slipped, "slipped";
+    pulse: Pulse, "pulse";
 
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: Lengths,
@@ -221,7 +221,9 @@ impl Figures {
             }
         }
         for (_, figure) in self.all() {
-            figure.measured().map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
+            let named = if figure.runs().is_empty() { Err("no run is named".to_owned()) } else { Ok(()) };
+            let checked = named.and_then(|()| figure.measured());
+            checked.map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
         }
         self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
         self.lengths.iter().try_for_each(Lengths::check)
@@ -331,10 +333,8 @@ impl<'a> Gathering<'a> {
             };
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
-                let Drawn { short, page, about } =
-                    drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
+                let (page, about, shown) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                let shown = Caption { title: short, caption: about.caption.clone() };
                 captions.insert(figure.frame().file.to_owned(), shown);
                 drop(captions);
                 print::write(&page, &about, files, &files_of(&self.folder.join(figure.frame().file)))?;
@@ -350,36 +350,24 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// A sheet as a page, its short name, and what its files say of it.
-struct Drawn {
-    short: String,
-    page: Page,
-    about: About,
-}
+/// A sheet as a page, what its files say of it, and what a page does.
+type Drawn = (Page, About, Caption);
 
 fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Result<Drawn, String> {
     let (short, title, caption) = words(what, sheet);
+    let shown = Caption { title: short, caption: caption.clone() };
     let about = About { title, caption, origins, provenance };
     let page = sheet.page(about.foot().as_deref())?;
-    Ok(Drawn { short, page, about })
+    Ok((page, about, shown))
 }
 
 /// Short name, title and caption of a sheet, given what figures of its kind show.
 fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
     let what = spelled(what).trim_end_matches('.').to_owned();
-    let some = |texts: &mut dyn Iterator<Item = String>| {
-        let mut all: Vec<String> = Vec::new();
-        for text in texts.map(|text| plain(&text)).filter(|text| !text.is_empty()) {
-            if !all.contains(&text) {
-                all.push(text);
-            }
-        }
-        all
-    };
     let of_panels = || sheet.all_panels().map(|panel| panel.title.clone());
-    let titles = some(&mut sheet.all().iter().map(|sheet| sheet.title.clone()).chain(of_panels()));
-    let axes = some(&mut sheet.all_panels().map(|panel| panel.y.label())).join("; ");
-    let across = some(&mut sheet.all_panels().map(|panel| panel.x.label())).join("; ");
+    let titles = each_once(sheet.all().iter().map(|sheet| sheet.title.clone()).chain(of_panels()));
+    let axes = each_once(sheet.all_panels().map(|panel| panel.y.label())).join("; ");
+    let across = each_once(sheet.all_panels().map(|panel| panel.x.label())).join("; ");
     let bars = sheet.all().into_iter().filter_map(|sheet| Some(plain(&sheet.bar.as_ref()?.scale.label())));
     let labels: Vec<String> = sheet.labels().into_iter().chain(bars).collect();
     let mut caption = vec![what.clone(), format!("{axes} against {across}")];

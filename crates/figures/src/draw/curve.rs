@@ -1,137 +1,102 @@
 //! Figures that say nothing but the curves of runs: these are computed by `asperity_numbers::curve`, and here
 //! are their keys in a pipeline and their look.
 
-use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role};
+use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role, place};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Deserialize, Deserializer, de};
 
-use super::kind::{Figure, Frame, Framed, Labelled, Parts, keys, level_look, with_parts};
+use super::kind::{Figure, Framed, Parts, find, keys, level_look};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Panel, Pen, RED, Sheet};
 
-keys! {
-    Keys;
+/// The figures of named curves: of one run, or of several in the order of their labels.
+pub(crate) trait OfCurves: Framed + Sync {
+    const CURVES: &'static NamedCurves;
 
-    /// The run.
-    run: Option<String>,
-    /// The runs, each with its label in the legend.
-    #[serde(default)]
-    series: Vec<Labelled>,
-    /// The length of a precursor or a slip event; the nearest one is shown.
-    blocks: Option<u32>,
-    /// The blocks, counted from 1; over an area contacts, row by row.
-    #[serde(default)]
-    at_blocks: Vec<u32>,
-    /// Start of the time axis; by default that of the run.
-    from_s: Option<f64>,
-    /// End of the time axis; by default that of the run.
-    to_s: Option<f64>,
-    /// Time shown before a pulse reaches a block, over `a / c`.
-    before: Option<f64>,
-    /// Time shown after a pulse reaches a block, over `a / c`.
-    after: Option<f64>,
+    /// Each run with what the legend calls it, where there may be several.
+    fn labelled(&self) -> Vec<(Option<&str>, &str)>;
+
+    fn keys(&self) -> CurveKeys;
 }
 
-/// A figure of the curves at a place in the list, of one run.
-pub(crate) type OfRun<const N: usize> = CurveFigure<N, false>;
-/// Of several, in the order of their labels.
-pub(crate) type OfSeries<const N: usize> = CurveFigure<N, true>;
-
-/// A figure of the curves at a place in the list, of one run or of several.
-#[derive(Debug, Clone)]
-pub(crate) struct CurveFigure<const N: usize, const SEVERAL: bool> {
-    file: String,
-    title: String,
-    width_mm: Option<f64>,
-    runs: Vec<Labelled>,
-    keys: CurveKeys,
-}
-
-impl<const N: usize, const SEVERAL: bool> CurveFigure<N, SEVERAL> {
-    const CURVES: &'static NamedCurves = &NamedCurves::all()[N];
-    const RUNS: &'static str = if SEVERAL { "series" } else { "run" };
-
-    /// Whether a pipeline may give a key.
-    fn has(key: &str) -> bool {
-        ["file", "title", "width_mm", Self::RUNS].contains(&key) || Self::CURVES.keys.contains(&key)
-    }
-}
-
-impl<'de, const N: usize, const SEVERAL: bool> Deserialize<'de> for CurveFigure<N, SEVERAL> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Keys { file, title, width_mm, run, series, blocks, at_blocks, from_s, to_s, before, after } =
-            Keys::deserialize(deserializer)?;
-        let given = [
-            ("run", run.is_some()),
-            ("series", !series.is_empty()),
-            ("blocks", blocks.is_some()),
-            ("at_blocks", !at_blocks.is_empty()),
-            ("from_s", from_s.is_some()),
-            ("to_s", to_s.is_some()),
-            ("before", before.is_some()),
-            ("after", after.is_some()),
-        ];
-        if let Some((key, _)) = given.iter().find(|(key, is_given)| *is_given && !Self::has(key)) {
-            let known: Vec<&str> = ["file", "title", "width_mm", Self::RUNS]
-                .into_iter()
-                .chain(Self::CURVES.keys.iter().copied())
-                .collect();
-            return Err(de::Error::custom(format!("unknown field `{key}`, expected one of {known:?}")));
+macro_rules! of_curves {
+    (@labelled $of:ident run) => { vec![(None, $of.run.as_str())] };
+    (@labelled $of:ident series) => {
+        $of.series.iter().map(|of| (Some(of.label.as_str()), of.run.as_str())).collect()
+    };
+    ($($kind:ident: $runs:ident, $name:literal, { $($(#[$about:meta])* $key:ident: $type:ty),* })*) => {$(
+        keys! {
+            $kind: $runs;
+            $($(#[$about])* #[serde(default)] $key: $type,)*
         }
-        let of_run = run.map(|run| Labelled { run, label: String::new() });
-        let runs: Vec<Labelled> = of_run.into_iter().chain(series).collect();
-        if runs.is_empty() {
-            return Err(de::Error::missing_field(Self::RUNS));
+
+        impl OfCurves for $kind {
+            const CURVES: &'static NamedCurves = &NamedCurves::all()[place($name)];
+
+            fn labelled(&self) -> Vec<(Option<&str>, &str)> {
+                of_curves!(@labelled self $runs)
+            }
+
+            fn keys(&self) -> CurveKeys {
+                CurveKeys { $($key: Clone::clone(&self.$key),)* ..CurveKeys::default() }
+            }
         }
-        let keys = CurveKeys { blocks, at_blocks, from_s, to_s, before, after };
-        Ok(CurveFigure { file, title, width_mm, runs, keys })
+    )*};
+}
+
+of_curves! {
+    Damping: series, "ring-down", {}
+    Displacement: run, "displacement", {
+        /// The blocks, counted from 1; over an area contacts, row by row.
+        at_blocks: Vec<u32>
+    }
+    Front: run, "front", {
+        /// The length of a precursor or a slip event; the nearest one is shown.
+        blocks: Option<u32>
+    }
+    InitialShear: series, "initial-shear", {}
+    Loads: run, "loads", {}
+    Forces: run, "forces", {
+        /// Start of the time axis; by default that of the run.
+        from_s: Option<f64>,
+        /// End of the time axis; by default that of the run.
+        to_s: Option<f64>
+    }
+    Velocities: run, "velocities", {
+        /// The length of a precursor or a slip event; the nearest one is shown.
+        blocks: Option<u32>
+    }
+    Slipped: series, "slipped", {}
+    Pulse: series, "pulse", {
+        /// Time shown before a pulse reaches a block, over `a / c`.
+        before: Option<f64>,
+        /// Time shown after a pulse reaches a block, over `a / c`.
+        after: Option<f64>
     }
 }
 
-impl<const N: usize, const SEVERAL: bool> JsonSchema for CurveFigure<N, SEVERAL> {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        Self::CURVES.name.into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let mut schema = Keys::json_schema(generator);
-        if let Some(properties) = schema.get_mut("properties").and_then(|of| of.as_object_mut()) {
-            properties.retain(|key, _| Self::has(key));
-        }
-        schema.insert("required".to_owned(), serde_json::json!(["file", Self::RUNS]));
-        schema
-    }
-}
-
-impl<const N: usize, const SEVERAL: bool> Framed for CurveFigure<N, SEVERAL> {
-    fn frame(&self) -> Frame<'_> {
-        Frame { file: &self.file, title: &self.title, width_mm: self.width_mm }
-    }
-}
-
-impl<const N: usize, const SEVERAL: bool> Figure for CurveFigure<N, SEVERAL> {
+impl<F: OfCurves> Figure for F {
     /// What the axis across is called, and the curves.
     type Part = (&'static str, Vec<Curve>);
 
     fn runs(&self) -> Vec<&str> {
-        self.runs.iter().flat_map(Labelled::runs).collect()
+        self.labelled().into_iter().map(|(_, run)| run).collect()
     }
 
     fn required_data(&self) -> RequiredData {
-        Self::CURVES.required_data(&self.keys)
+        Self::CURVES.required_data(&self.keys())
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        Ok((Self::CURVES.across(run), Self::CURVES.of(run, &self.keys)?))
+        Ok((Self::CURVES.across(run), Self::CURVES.of(run, &self.keys())?))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let NamedCurves { y, mut x, .. } = *Self::CURVES;
         let mut panels = vec![(Vec::new(), Vec::new()); y.len()];
-        for (n, (of_run, (across, curves))) in with_parts(&self.runs, &parts)?.into_iter().enumerate() {
+        for (n, (of_run, run)) in self.labelled().into_iter().enumerate() {
+            let (across, curves) = find(&parts, run)?;
             x = across;
             let mut measured = vec![0; y.len()];
             for curve in curves {
@@ -141,10 +106,10 @@ impl<const N: usize, const SEVERAL: bool> Figure for CurveFigure<N, SEVERAL> {
                     continue;
                 }
                 // Several curves of one run differ as those of several runs.
-                let place = if SEVERAL { n } else { measured[curve.axis] };
+                let place = of_run.map_or(measured[curve.axis], |_| n);
                 measured[curve.axis] += usize::from(curve.role == Role::Measured);
                 let is_of_run = curve.label.is_empty() && curve.axis == 0 && curve.role != Role::Guide;
-                let label = if is_of_run { of_run } else { &curve.label };
+                let label = of_run.filter(|_| is_of_run).unwrap_or(&curve.label);
                 let layer = layer(Self::CURVES.name, curve, Pen::nth(place, label));
                 if curve.role == Role::Remark { remarks } else { layers }.push(layer);
             }

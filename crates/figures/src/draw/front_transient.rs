@@ -4,12 +4,12 @@
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_one_row, of_runs_in, with_pens};
+use super::kind::{Figure, Parts, keys, of_one_row, of_runs_in, with_pens};
 use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
-    FrontTransient;
+    FrontTransient: series;
 
     /// Text above the legend.
     #[serde(default)]
@@ -18,8 +18,6 @@ keys! {
     from_speed: f64,
     /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
-    /// The runs, each with its label in the legend.
-    series: Vec<Labelled>,
 }
 
 /// What is shown of a run.

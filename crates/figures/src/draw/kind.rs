@@ -107,14 +107,22 @@ pub(super) trait Framed {
     fn frame(&self) -> Frame<'_>;
 }
 
-/// Declares a kind of figure by the keys that a pipeline gives: those of all figures, `run` where named behind the
-/// kind, and those of its own, each with its comment.
+/// Declares a kind of figure by the keys that a pipeline gives: those of all figures, `run` or `series` where
+/// named behind the kind, and those of its own, each with its comment.
 macro_rules! keys {
     ($figure:ident: run; $($own:tt)*) => {
         $crate::draw::kind::keys! {
             $figure;
             /// The run.
             run: String,
+            $($own)*
+        }
+    };
+    ($figure:ident: series; $($own:tt)*) => {
+        $crate::draw::kind::keys! {
+            $figure;
+            /// The runs, each with its label in the legend.
+            series: Vec<$crate::spec::Labelled>,
             $($own)*
         }
     };

@@ -62,34 +62,22 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
         (low, high) = (low.min(*ratio), high.max(*ratio));
     }
     let height = (high - low).max(1e-9 * high.abs());
-    let mut layers = Vec::new();
-    let (bottom, top) = (
-        if low == 0.0 { 0.0 } else { low - 0.05 * height },
-        high + if is_part { 0.2 } else { 0.08 } * height,
-    );
-    for (level, dash, color, label) in
-        levels(run).into_iter().filter(|(level, ..)| (bottom..=top).contains(level))
-    {
-        layers.push(Layer::line(label, vec![(from, level), (to, level)], dash, color));
-    }
+    let bottom = if low == 0.0 { 0.0 } else { low - 0.05 * height };
+    let top = high + if is_part { 0.2 } else { 0.08 } * height;
+    let within = levels(run).into_iter().filter(|(level, ..)| (bottom..=top).contains(level));
+    let mut layers: Vec<Layer> = within
+        .map(|(level, dash, color, label)| Layer::line(label, vec![(from, level), (to, level)], dash, color))
+        .collect();
     let points = load.iter().map(|(time_s, ratio)| (place(*time_s), *ratio)).collect();
     layers.push(Layer::line("F_T/F_N", points, Dash::Solid, INK));
-    for sort in Sort::ALL.into_iter().rev() {
-        let marks: Vec<(f64, f64)> = ruptures
-            .iter()
-            .filter(|(rupture, of)| *of == sort && in_view(rupture.onset_s))
-            .map(|(rupture, _)| (place(rupture.onset_s), rupture.ft_fn_onset))
-            .collect();
-        if marks.is_empty() {
-            continue;
-        }
-        let (marker, label) = match sort {
-            Sort::Precursor => (Marker::Triangle, "precursor"),
-            Sort::GlobalSlip => (Marker::Square, "global slip"),
-            // Too many for marks.
-            Sort::Other => continue,
-        };
-        layers.push(Layer::marks(label, marks, marker, color_of(sort)));
+    // Others are too many for marks.
+    let marked =
+        [(Sort::GlobalSlip, Marker::Square, "global slip"), (Sort::Precursor, Marker::Triangle, "precursor")];
+    for (sort, marker, label) in marked {
+        let of_sort = ruptures.iter().filter(|(rupture, of)| *of == sort && in_view(rupture.onset_s));
+        let at = of_sort.map(|(rupture, _)| (place(rupture.onset_s), rupture.ft_fn_onset));
+        let marks = Layer::marks(label, at.collect(), marker, color_of(sort));
+        layers.extend((!marks.points().is_empty()).then_some(marks));
     }
     // Where they are crowded they move to the left, since the load rises to the right.
     let width = (to - from) / NUMBERS;

@@ -3,16 +3,14 @@
 
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
 use super::rupture_selector::{Clock, no_ruptures};
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet, nth};
+use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
-    MomentDuration;
+    MomentDuration: series;
 
-    /// The runs, each with its label in the legend.
-    series: Vec<Labelled>,
     /// The smallest rupture that is shown, in blocks.
     #[serde(default = "one")]
     from_blocks: u32,
@@ -42,15 +40,14 @@ impl Figure for MomentDuration {
     }
 
     fn sheet(&self, parts: Parts<Vec<(f64, f64)>>) -> Result<Sheet, String> {
-        let series = with_parts(&self.series, &parts)?;
-        let all = || series.iter().flat_map(|(_, points)| points.iter().copied());
+        let all = || parts.values().flatten().copied();
         let longest_s = all().map(|point| point.0).fold(0.0, f64::max);
         let clock = Clock::of(0.0, longest_s, 0.0);
         let mut layers = guides(&all().collect::<Vec<_>>(), &clock);
-        for (index, (label, points)) in series.iter().enumerate() {
-            let (marker, _, color) = nth(index);
+        for (pen, points) in with_pens(&self.series, &parts)? {
             let placed = points.iter().map(|(duration_s, moment)| (clock.place(*duration_s), *moment));
-            layers.push(Layer::marks(format!("{label}: {}", points.len()), placed.collect(), marker, color));
+            let label = format!("{}: {}", pen.label, points.len());
+            layers.push(pen.called(&label).marks(placed.collect()));
         }
         let x = Scale::free_powers(&clock.label("duration T"));
         Ok(Sheet::single(x, Scale::free_powers("moment M_0 (N m)"), layers))

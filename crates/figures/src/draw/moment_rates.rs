@@ -14,7 +14,7 @@ use asperity_record::Rupture;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, no_ruptures};
 use super::scale::{Scale, number};
-use super::sheet::{Layer, Sheet, nth};
+use super::sheet::{Pen, Sheet};
 
 keys! {
     MomentRates: run;
@@ -60,13 +60,12 @@ impl Figure for MomentRates {
             courses.iter().flat_map(|course| &course.points).map(|point| point.1).fold(0.0, f64::max);
         let mut layers = Vec::new();
         for (index, Course { rupture, points }) in courses.iter().enumerate() {
-            let (_, dash, color) = nth(index);
             let is_shown = |rate: f64| !self.logarithmic || rate >= LOWEST * highest;
             let shown = points.iter().filter(|(_, rate)| is_shown(*rate));
             let moment = rupture.moment_n_m.unwrap_or(0.0);
             let label = format!("rupture {}: M_0 = {} N m", rupture.rupture, number(moment));
             let course = shown.map(|(t, rate)| (clock.place(*t), *rate)).collect();
-            layers.push(Layer::line(label, course, dash, color));
+            layers.push(Pen::nth(index, &label).line(course));
         }
         let label = "moment rate (N m/s)";
         let y = if self.logarithmic { Scale::free_powers(label) } else { Scale::free(label) };

@@ -2,16 +2,14 @@
 
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet, nth};
 
 keys! {
-    Moments;
+    Moments: series;
 
-    /// The runs, each with its label in the legend.
-    series: Vec<Labelled>,
     /// Time from which ruptures count, s.
     #[serde(default)]
     from_s: f64,

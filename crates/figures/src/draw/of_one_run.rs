@@ -264,7 +264,7 @@ impl OneFigure {
         files: &FileSet,
         target: &Target,
     ) -> Result<(), FigureError> {
-        let Drawn { page, about, .. } = self.drawn(run, provenance)?;
+        let (page, about, _) = self.drawn(run, provenance)?;
         print::write(&page, &about, files, &target.files(self.kind))
     }
 
@@ -273,7 +273,7 @@ impl OneFigure {
     /// # Errors
     /// If the run has not what it shows.
     pub fn svg(&self, run: &RunData, provenance: bool) -> Result<Vec<u8>, FigureError> {
-        let Drawn { page, about, .. } = self.drawn(run, provenance)?;
+        let (page, about, _) = self.drawn(run, provenance)?;
         print::bytes(&page, &about, "svg").map_err(|problem| self.failed(problem))
     }
 

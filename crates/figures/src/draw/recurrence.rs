@@ -5,17 +5,15 @@ use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
 use super::rupture_selector::{Clock, before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Sheet, nth};
 use super::sizes::{Fitted, band, fit_layers, steps, with_error};
 
 keys! {
-    Recurrence;
+    Recurrence: series;
 
-    /// The runs, each with its label in the legend.
-    series: Vec<Labelled>,
     /// The smallest rupture that counts, in blocks; by default only global slips count. Times run from
     /// onset to onset of successive ruptures, from the first global slip on.
     from_blocks: Option<u32>,

@@ -87,16 +87,25 @@ impl Scale {
         margin: f64,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Scale {
-        let place = |value: f64| if log { value.log10() } else { value };
-        let places = || values.clone().map(place).filter(|place| place.is_finite());
-        let (low, high) =
-            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
-        let (low, high) = if log { powers(low, high) } else { ends(low, high) };
-        let space = margin * (high - low);
         let whole = !log && values.clone().all(|value| value.fract() == 0.0);
-        let (from, to) = (low - space, high + space);
-        let scale = if log { Scale::logarithms(label, from, to) } else { Scale::between(label, from, to) };
-        scale.in_whole_numbers(whole)
+        let scale = Scale { log, whole, ..Scale::between(label, 0.0, 1.0) };
+        let tight = scale.reach(values, (f64::INFINITY, f64::NEG_INFINITY));
+        let scale = scale.from_to(tight);
+        let space = margin * (scale.to - scale.from);
+        let ends = (scale.from - space, scale.to + space);
+        scale.from_to(ends)
+    }
+
+    /// It with these places as its ends.
+    fn from_to(self, (from, to): (f64, f64)) -> Scale {
+        let (from, to) = if self.log { powers(from, to) } else { ends(from, to) };
+        Scale { from, to, ..self }
+    }
+
+    /// The least and the largest of two places and those of values that have one.
+    fn reach(&self, values: impl Iterator<Item = f64>, ends: (f64, f64)) -> (f64, f64) {
+        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
+        places.fold(ends, |(low, high), at| (low.min(at), high.max(at)))
     }
 
     /// A scale whose ends follow from what is drawn, with a little room on both sides; from zero where that leaves no
@@ -124,9 +133,7 @@ impl Scale {
     pub(crate) fn fitted(&self, values: impl Iterator<Item = f64> + Clone) -> Scale {
         let Some(room) = self.room else { return self.clone() };
         let whole = self.whole || values.clone().all(|value| value.fract() == 0.0);
-        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
-        let (low, high) =
-            places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = self.reach(values, (f64::INFINITY, f64::NEG_INFINITY));
         // Nothing, or zero alone, is shown from 0 to 1.
         if low > high || (!self.log && low == 0.0 && high == 0.0) {
             return self.clone();
@@ -135,8 +142,7 @@ impl Scale {
         let room = if high > low { room * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
         let from_zero = !self.log && low >= 0.0 && low <= 0.5 * high;
         let ends = (if from_zero { 0.0 } else { low - room }, high + room);
-        let (from, to) = if self.log { powers(ends.0, ends.1) } else { self::ends(ends.0, ends.1) };
-        Scale { from, to, whole, room: None, ..self.clone() }
+        Scale { whole, room: None, ..self.clone() }.from_to(ends)
     }
 
     /// Extends the axis to zero, unless more than half of it would be empty.
@@ -187,14 +193,13 @@ impl Scale {
 
     /// A logarithmic scale with these powers of ten as its ends.
     pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
-        let (from, to) = powers(from, to);
-        Scale { log: true, ..Scale::between(label, from, to) }
+        Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.from_to((from, to))
     }
 
     /// A scale with these ends, given as its values.
-    pub(crate) fn reaching(mut self, from: f64, to: f64) -> Scale {
-        (self.from, self.to) = if self.log { powers(from.log10(), to.log10()) } else { ends(from, to) };
-        self
+    pub(crate) fn reaching(self, from: f64, to: f64) -> Scale {
+        let ends = (self.place(from), self.place(to));
+        self.from_to(ends)
     }
 
     /// It with ends that hold these values as well, and a little room beyond those that it did not hold.
@@ -203,8 +208,7 @@ impl Scale {
             return self;
         }
         let (from, to) = (self.from, self.to);
-        let places = values.map(|value| self.place(value)).filter(|place| place.is_finite());
-        let (low, high) = places.fold((from, to), |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = self.reach(values, (from, to));
         let beyond = |end: f64, old: f64| {
             if end == old { old } else { end + ROOM * (end - old).signum() * (high - low) }
         };

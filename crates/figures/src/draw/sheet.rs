@@ -96,33 +96,18 @@ impl Layer {
     }
 
     /// A hollow mark at every point.
-    pub(super) fn marks(
-        label: impl Into<String>,
-        points: Vec<Point>,
-        marker: Marker,
-        colour: RGBColor,
-    ) -> Layer {
-        Layer::new(label, Shape::Marks(points, marker), colour)
+    pub(super) fn marks(label: impl Into<String>, at: Vec<Point>, marker: Marker, colour: RGBColor) -> Layer {
+        Layer::new(label, Shape::Marks(at, marker), colour)
     }
 
     /// A disc at every point.
-    pub(super) fn discs(
-        label: impl Into<String>,
-        points: Vec<Point>,
-        radius: f64,
-        colour: RGBColor,
-    ) -> Layer {
-        Layer::new(label, Shape::Discs(points, radius), colour)
+    pub(super) fn discs(label: impl Into<String>, at: Vec<Point>, radius: f64, colour: RGBColor) -> Layer {
+        Layer::new(label, Shape::Discs(at, radius), colour)
     }
 
-    /// A surface within an outline.
-    pub(super) fn surface(
-        label: impl Into<String>,
-        outline: Vec<Point>,
-        strength: f64,
-        colour: RGBColor,
-    ) -> Layer {
-        Layer::new(label, Shape::Surface(outline, strength), colour)
+    /// A surface within an edge, with this share of the colour.
+    pub(super) fn surface(label: impl Into<String>, edge: Vec<Point>, share: f64, colour: RGBColor) -> Layer {
+        Layer::new(label, Shape::Surface(edge, share), colour)
     }
 
     /// Rectangles in colours of their own.
@@ -172,7 +157,12 @@ impl<'a> Pen<'a> {
 
     /// One that draws alike and keeps out of the legend.
     pub(super) fn unlabelled(self) -> Pen<'a> {
-        Pen { label: "", ..self }
+        self.called("")
+    }
+
+    /// One that draws alike under another label.
+    pub(super) fn called<'b>(self, label: &'b str) -> Pen<'b> {
+        Pen { label, look: self.look }
     }
 
     pub(super) fn line(&self, points: Vec<Point>) -> Layer {
@@ -286,13 +276,7 @@ impl Sheet {
 
     /// What its legends say, each once.
     pub(super) fn labels(&self) -> Vec<String> {
-        let mut labels: Vec<String> = Vec::new();
-        for label in self.layers().map(|layer| plain(&layer.label)).filter(|label| !label.is_empty()) {
-            if !labels.contains(&label) {
-                labels.push(label);
-            }
-        }
-        labels
+        each_once(self.layers().map(|layer| layer.label.clone()))
     }
 
     /// All layers.
@@ -304,4 +288,15 @@ impl Sheet {
     pub(super) fn all_panels(&self) -> impl Iterator<Item = &Panel> {
         self.all().into_iter().flat_map(|sheet| &sheet.panels)
     }
+}
+
+/// Texts that say something, as they are read, each once.
+pub(super) fn each_once(texts: impl Iterator<Item = String>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for text in texts.map(|text| plain(&text)) {
+        if !text.is_empty() && !all.contains(&text) {
+            all.push(text);
+        }
+    }
+    all
 }

@@ -6,16 +6,14 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
 use super::rupture_selector::{Sort, before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Point, Sheet, nth};
 
 keys! {
-    Sizes;
+    Sizes: series;
 
-    /// The runs, each with its label in the legend.
-    series: Vec<Labelled>,
     /// The smallest rupture that counts, in blocks.
     #[serde(default = "one")]
     from_blocks: u32,

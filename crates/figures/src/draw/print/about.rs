@@ -77,7 +77,6 @@ impl About {
     /// What stands in the files beside title and caption, each with its name.
     pub(super) fn facts(&self) -> Vec<(&'static str, String)> {
         let Origins { scenarios, parameter_sets, time_steps, code_versions, varies } = &self.origins;
-        let list = |all: &BTreeSet<String>| all.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
         let steps: Vec<String> =
             time_steps.iter().map(|bits| format!("{:e} s", f64::from_bits(*bits))).collect();
         let mut facts = vec![
@@ -97,33 +96,34 @@ impl About {
     /// The line at the foot, if it is to have one.
     pub(crate) fn foot(&self) -> Option<String> {
         let Origins { scenarios, parameter_sets, time_steps, code_versions, varies } = &self.origins;
+        let scenarios = match scenarios.len() {
+            0..=MOST_NAMED => list(scenarios),
+            many => format!("{many} scenarios"),
+        };
+        let steps: Vec<String> = time_steps.iter().map(|bits| in_powers(f64::from_bits(*bits))).collect();
+        let steps = match &steps[..] {
+            [first, .., last] => format!("{first} to {last}"),
+            few => few.concat(),
+        };
+        let codes = code_versions.iter().map(|version| version.chars().take(SHORT).collect()).collect();
+        let said = [
+            ("", scenarios, ""),
+            ("", list(parameter_sets), ""),
+            ("Δt = ", steps, " s"),
+            ("", list(varies), " varied"),
+            ("code ", list(&codes), ""),
+        ];
+        let said = said.into_iter().filter(|(_, what, _)| !what.is_empty());
+        let parts: Vec<String> =
+            said.map(|(before, what, behind)| format!("{before}{what}{behind}")).collect();
         // Underscores in names are letters.
-        let join =
-            |all: &mut dyn Iterator<Item = &str>| all.collect::<Vec<_>>().join(", ").replace('_', "\\_");
-        let mut parts = Vec::new();
-        match scenarios.len() {
-            0 => {}
-            1..=MOST_NAMED => parts.push(join(&mut scenarios.iter().map(String::as_str))),
-            many => parts.push(format!("{many} scenarios")),
-        }
-        parts.extend(
-            (!parameter_sets.is_empty()).then(|| join(&mut parameter_sets.iter().map(String::as_str))),
-        );
-        let steps: Vec<f64> = time_steps.iter().map(|bits| f64::from_bits(*bits)).collect();
-        match steps[..] {
-            [] => {}
-            [one] => parts.push(format!("Δt = {} s", in_powers(one))),
-            [first, .., last] => parts.push(format!("Δt = {} to {} s", in_powers(first), in_powers(last))),
-        }
-        parts.extend(
-            (!varies.is_empty()).then(|| format!("{} varied", join(&mut varies.iter().map(String::as_str)))),
-        );
-        let short = |version: &str| version.chars().take(SHORT).collect::<String>();
-        let codes: Vec<String> = code_versions.iter().map(|version| short(version)).collect();
-        parts.extend((!codes.is_empty()).then(|| format!("code {}", codes.join(", "))));
-        let line = parts.join(" · ");
+        let line = parts.join(" · ").replace('_', "\\_");
         (self.provenance && !line.is_empty()).then_some(line)
     }
+}
+
+fn list(all: &BTreeSet<String>) -> String {
+    all.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
 /// A number with its power of ten.

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 
+use super::drawn;
 pub use super::print::about::Origins;
 use super::print::{self, files_of};
 use super::sheet::Sheet;
-use super::{Drawn, drawn};
 use crate::draw::error::FigureError;
 use crate::{Figure, Kind};
 pub use gather::ScenarioOf;
@@ -84,7 +84,7 @@ impl Drawer {
             let Figure { title, width_mm, measured, .. } = &gathered.figure;
             let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
             let sheet = measured.iter().fold(sheet, Sheet::with_measured);
-            let Drawn { page, about, .. } =
+            let (page, about, _) =
                 drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
             let written = files_of(&folder.join(file));
             print::write(&page, &about, files, &written)?;

@@ -168,6 +168,6 @@ fn precursors_of_slabs_have_no_law() {
     let drawing = fs::read_to_string(out.join("figures/lengths.svg")).expect("it was drawn");
     let (_, said) = drawing.split_once("<desc>").expect("a figure says what it shows");
     let (said, _) = said.split_once("</desc>").expect("in one place");
-    assert!(said.contains("shown: ") && said.contains("simulated"), "{said}");
+    assert!(said.contains("Shown: ") && said.contains("simulated"), "{said}");
     assert!(!said.contains("5.57"), "{said}");
 }

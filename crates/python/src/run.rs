@@ -314,7 +314,7 @@ impl Run {
         let tables = RunTables::new(parts, &BTreeMap::new(), &[], chosen).map_err(refused)?;
         let bounded = |watch: &Arc<Watch>| Bounded { tables, watch: Arc::clone(watch) };
         let (mut bounded, ..) = self.source.observe(py, bounded)?;
-        let table = py.detach(|| bounded.tables.tables().first().map(|table| Table::of(table)));
+        let table = py.detach(|| bounded.tables.tables().first().map(Table::of));
         let table = table.ok_or_else(|| failed(format!("no table of {topic}")))?;
         known().insert(topic.to_owned(), table.clone());
         Ok(table)

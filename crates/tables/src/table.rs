@@ -98,6 +98,9 @@ impl Values {
     }
 }
 
+/// A column, and its cell of an item.
+pub type ColumnOf<'a, T> = (Column, &'a dyn Fn(&T) -> Cell);
+
 /// Columns and rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -117,11 +120,7 @@ impl Table {
     }
 
     /// A row for each item: columns, each with the cell of an item.
-    pub fn of<T>(
-        name: impl Into<Cow<'static, str>>,
-        items: &[T],
-        columns: &[(Column, &dyn Fn(&T) -> Cell)],
-    ) -> Table {
+    pub fn of<T>(name: impl Into<Cow<'static, str>>, items: &[T], columns: &[ColumnOf<'_, T>]) -> Table {
         let mut table = Table::new(name, columns.iter().map(|(column, _)| column.clone()).collect());
         items.iter().for_each(|item| table.push(columns.iter().map(|(_, cell)| cell(item))));
         table

@@ -9,7 +9,7 @@ use asperity_numbers::slow_slip::{SlowSlip, slow_slips};
 use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture, SlipEvent};
 
 use crate::layout::{count, flag, number, ratio, step, word};
-use crate::table::Table;
+use crate::table::{ColumnOf, Table};
 
 /// The tables of ruptures, by themselves or behind the name of their run.
 pub const RUPTURES: &str = "ruptures";
@@ -48,12 +48,7 @@ const MIN_BLOCKS: Column = count("min_blocks", "Shortest precursors that count, 
 const MERGE_GAP: Column = number("merge_gap_s", "Slip events this close are merged, a rule of the table.");
 
 /// A table of a run: its columns without those of parts that the run lacks.
-fn of_run<T>(
-    run: &RunData,
-    name: &'static str,
-    rows: &[T],
-    columns: &[(Column, &dyn Fn(&T) -> Cell)],
-) -> Table {
+fn of_run<T>(run: &RunData, name: &'static str, rows: &[T], columns: &[ColumnOf<'_, T>]) -> Table {
     let is_there = |column: &Column| column.only.is_none_or(|part| run.header.parts().has(part));
     let there = columns.iter().filter(|(column, _)| is_there(column));
     Table::of(name, rows, &there.cloned().collect::<Vec<_>>())

@@ -90,14 +90,14 @@ impl Scale {
         let whole = !log && values.clone().all(|value| value.fract() == 0.0);
         let scale = Scale { log, whole, ..Scale::between(label, 0.0, 1.0) };
         let tight = scale.reach(values, (f64::INFINITY, f64::NEG_INFINITY));
-        let scale = scale.from_to(tight);
+        let scale = scale.with_places(tight);
         let space = margin * (scale.to - scale.from);
         let ends = (scale.from - space, scale.to + space);
-        scale.from_to(ends)
+        scale.with_places(ends)
     }
 
     /// It with these places as its ends.
-    fn from_to(self, (from, to): (f64, f64)) -> Scale {
+    fn with_places(self, (from, to): (f64, f64)) -> Scale {
         let (from, to) = if self.log { powers(from, to) } else { ends(from, to) };
         Scale { from, to, ..self }
     }
@@ -142,7 +142,7 @@ impl Scale {
         let room = if high > low { room * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
         let from_zero = !self.log && low >= 0.0 && low <= 0.5 * high;
         let ends = (if from_zero { 0.0 } else { low - room }, high + room);
-        Scale { whole, room: None, ..self.clone() }.from_to(ends)
+        Scale { whole, room: None, ..self.clone() }.with_places(ends)
     }
 
     /// Extends the axis to zero, unless more than half of it would be empty.
@@ -193,13 +193,13 @@ impl Scale {
 
     /// A logarithmic scale with these powers of ten as its ends.
     pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
-        Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.from_to((from, to))
+        Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.with_places((from, to))
     }
 
     /// A scale with these ends, given as its values.
     pub(crate) fn reaching(self, from: f64, to: f64) -> Scale {
         let ends = (self.place(from), self.place(to));
-        self.from_to(ends)
+        self.with_places(ends)
     }
 
     /// It with ends that hold these values as well, and a little room beyond those that it did not hold.

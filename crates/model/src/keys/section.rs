@@ -128,8 +128,13 @@ macro_rules! is_default {
         false
     };
     ($field:expr, $type:ident, $default:expr) => {
-        $field == $crate::keys::section::field!($type, $default)
+        $crate::keys::section::is_same(&$field, &$crate::keys::section::field!($type, $default))
     };
+}
+
+/// Whether two values of a key are the same.
+pub(crate) fn is_same<T: PartialEq>(a: &T, b: &T) -> bool {
+    a == b
 }
 
 /// Makes an optional section begin with all keys at their defaults.

@@ -41,6 +41,7 @@ Examples:
   asperity export out/mine.mcap --to parquet -o out/tables
   asperity export out/mine.mcap --to csv --topic /step -o out/tables
   asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
+  asperity export out/mine.mcap --curve forces --to csv -o out/tables
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
   asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
   asperity export out/body.mcap --to vtk --nodes-at-s 0.2 -o out/images

@@ -69,7 +69,9 @@ use sheet::{Sheet, each_once};
 use text::plain;
 
 macro_rules! kinds {
-    (curves: $($curves:ident: $of:ident, $key:literal;)* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+    (curves: $($curves:ident $key:literal: $of:ident = $runs:ident $named:literal { $($keys:tt)* })* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+        $(curve::of_curves! { $of: $runs $named { $($keys)* } })*
+
         /// The figures of a study, by kind: those of single runs, and those of the tables of runs over
         /// axes.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -81,8 +83,8 @@ macro_rules! kinds {
             family: Vec<Family>,
             $(
                 #[serde(default, rename = $key)]
-                #[schemars(description = curve::$of::CURVES.about.trim_ascii())]
-                $curves: Vec<curve::$of>,
+                #[schemars(description = $of::CURVES.about.trim_ascii())]
+                $curves: Vec<$of>,
             )*
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
@@ -92,7 +94,7 @@ macro_rules! kinds {
             fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
                 let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
                 $({
-                    let what = curve::$of::CURVES.about.trim_ascii();
+                    let what = $of::CURVES.about.trim_ascii();
                     all.extend(self.$curves.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 $({
@@ -108,15 +110,34 @@ macro_rules! kinds {
 
 kinds! {
     curves:
-    damping: Damping, "damping";
-    displacement: Displacement, "displacement";
-    front: Front, "front";
-    initial_shear: InitialShear, "initial-shear";
-    loads: Loads, "loads";
-    forces: Forces, "forces";
-    velocities: Velocities, "velocities";
-    slipped: Slipped, "slipped";
-    pulse: Pulse, "pulse";
+    damping "damping": Damping = series "ring-down" {}
+    displacement "displacement": Displacement = run "displacement" {
+        /// The blocks, counted from 1; over an area contacts, row by row.
+        at_blocks: Vec<u32>
+    }
+    front "front": Front = run "front" {
+        /// The length of a precursor or a slip event; the nearest one is shown.
+        blocks: Option<u32>
+    }
+    initial_shear "initial-shear": InitialShear = series "initial-shear" {}
+    loads "loads": Loads = run "loads" {}
+    forces "forces": Forces = run "forces" {
+        /// Start of the time axis; by default that of the run.
+        from_s: Option<f64>,
+        /// End of the time axis; by default that of the run.
+        to_s: Option<f64>
+    }
+    velocities "velocities": Velocities = run "velocities" {
+        /// The length of a precursor or a slip event; the nearest one is shown.
+        blocks: Option<u32>
+    }
+    slipped "slipped": Slipped = series "slipped" {}
+    pulse "pulse": Pulse = series "pulse" {
+        /// Time shown before a pulse reaches a block, over `a / c`.
+        before: Option<f64>,
+        /// Time shown after a pulse reaches a block, over `a / c`.
+        after: Option<f64>
+    }
 
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: Lengths,

@@ -8,6 +8,7 @@ use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
 use crate::end_keys;
 use crate::given_state;
+use crate::keys::WINDOW;
 use crate::lattice_keys::{self, Refusal};
 use crate::one_block;
 use crate::plan::Plan;
@@ -16,7 +17,6 @@ use crate::scenario::{Friction, Scenario};
 use crate::schedules;
 use crate::slab;
 use crate::source::{Entries, ScenarioError};
-use crate::window_keys::WINDOW;
 
 /// Refuses a scenario that violates the rule.
 type Rule = fn(&Scenario, &mut Refusals<'_>);

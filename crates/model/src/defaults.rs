@@ -6,10 +6,10 @@ use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUD
 use asperity_record::unit_of;
 
 use crate::keys::{self, AS_STATED, DRAWN_KEYS, KEYS, Key, Kind};
+use crate::keys::{WINDOW, Window};
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
 use crate::typed::whole;
-use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 /// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
@@ -37,9 +37,9 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         .iter()
         .flatten()
         .map(|window| {
-            unknown_keys(window, [WINDOW_KEYS, &[]], "recording.window.", errors);
+            unknown_keys(window, [Window::KEYS, &[]], "recording.window.", errors);
             let mut table = toml::Table::new();
-            for key in WINDOW_KEYS {
+            for key in Window::KEYS {
                 let path = format!("{WINDOW}.{}", key.path);
                 match window.get(key.path) {
                     Some(entry) => {
@@ -205,9 +205,9 @@ pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
 mod tests {
     use super::fill_in;
     use crate::keys::KEYS;
+    use crate::keys::Window;
     use crate::scenario::Scenario;
     use crate::source::ScenarioSource;
-    use crate::window_keys::WINDOW_KEYS;
 
     #[test]
     fn key_table_and_fields_agree() {
@@ -228,7 +228,7 @@ mod tests {
         let full: Scenario = toml::Value::Table(table).try_into().unwrap();
         let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
         assert!(
-            window.as_table().unwrap().keys().all(|key| WINDOW_KEYS.iter().any(|known| known.path == key))
+            window.as_table().unwrap().keys().all(|key| Window::KEYS.iter().any(|known| known.path == key))
         );
     }
 }

@@ -22,6 +22,9 @@ pub use slider::Slider;
 /// A list of numbers, empty or of a length defined elsewhere.
 pub type List = Vec<f64>;
 
+/// Prefix of the keys inside each `[[recording.window]]`.
+pub(crate) const WINDOW: &str = "recording.window";
+
 /// The parts of the table.
 const PARTS: [&[Key]; 13] = [
     slider::NAMES,

@@ -26,7 +26,6 @@
 //! - `drawn_keys`: the keys of random draws.
 //! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
 //!   `asperity scenario show` and the key reference are generated from this table.
-//! - `window_keys`: the keys of a dense window.
 //! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reads texts and names places in them.
 //! - [`rows`]: reads the rows of CSV files.
@@ -124,7 +123,6 @@ mod suggest;
 pub mod text;
 pub mod typed;
 mod warnings;
-mod window_keys;
 
 pub use choices::{DetachBy, DriveKind, End, JunctionStart, ParameterSet, Reattach};
 pub use course::{ContactCourse, Course};

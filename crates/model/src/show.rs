@@ -7,10 +7,10 @@ use crate::choices::ParameterSet;
 use crate::derive::ADVISED_SHARE;
 use crate::disorder::Quantity;
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
+use crate::keys::{WINDOW, Window};
 use crate::law_keys;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError};
-use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 impl Scenario {
     /// Formats the scenario as complete TOML, every key with its symbol, range and meaning.
@@ -68,7 +68,7 @@ impl Scenario {
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
             let value = toml::Value::try_from(window).expect("a window is plain numbers");
-            for key in WINDOW_KEYS {
+            for key in Window::KEYS {
                 let found = value.get(key.path).expect("the key table names fields of a window");
                 comment_and_value(&mut out, key, key.path, found, None);
             }
@@ -114,7 +114,7 @@ impl Scenario {
         let mut out = "\n# Dense windows record chosen blocks at short intervals; there may be any number.\n\
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
-        for key in WINDOW_KEYS {
+        for key in Window::KEYS {
             for line in wrap(&format!("{} Accepted: {}.", key.doc, key.kind), 96) {
                 out.push_str(&format!("#   {line}\n"));
             }

@@ -13,9 +13,9 @@ use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::keys::WINDOW;
 use crate::keys::{Default, KEYS};
 use crate::text::Lines;
-use crate::window_keys::WINDOW;
 
 /// A scenario as written: a base text and its overrides.
 #[derive(Debug, Clone)]

@@ -172,7 +172,7 @@ fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
 mod tests {
     use super::{among, did_you_mean, keys, names};
     use crate::keys::KEYS;
-    use crate::window_keys::WINDOW_KEYS;
+    use crate::keys::Window;
 
     #[test]
     fn keys_are_found_by_symbol_last_part_part_and_spelling() {
@@ -221,8 +221,8 @@ mod tests {
         ] {
             assert_eq!(keys(written, KEYS).join(" "), meant, "{written:?}");
         }
-        assert_eq!(keys("form_s", WINDOW_KEYS), ["from_s"]);
-        assert_eq!(keys("block", WINDOW_KEYS), ["first_block", "last_block"]);
+        assert_eq!(keys("form_s", Window::KEYS), ["from_s"]);
+        assert_eq!(keys("block", Window::KEYS), ["first_block", "last_block"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The curves that figures, tables and Python ask for by name.
 //!
-//! To add one: a function and an entry; and where it is to be a kind of figure, its name in
+//! To add one: a function and an entry; and where it is to be a kind of figure, a line in `kinds!` in
 //! `crates/figures/src/draw.rs`.
 
 use asperity_model::analytic::LengthLaw;
@@ -98,9 +98,11 @@ fn ringing(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
     ])
 }
 
-/// Blocks are counted from 1; over an area contacts, row by row. By default the first, the middle and the
-/// last one (Figure 6.7).
+/// Blocks are counted from 1; over an area contacts, row by row (Figure 6.7).
 fn displacement(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    if keys.at_blocks.is_empty() {
+        return Err(format!("at_blocks: none (accepted: blocks from 1 to {})", run.header.blocks));
+    }
     let mut curves = Vec::new();
     for &block in &keys.at_blocks {
         if !(1..=run.header.blocks).contains(&block) {

@@ -1,12 +1,12 @@
 //! Figures that say nothing but the curves of runs: these are computed by `asperity_numbers::curve`, and here
 //! are their keys in a pipeline and their look.
 
-use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role, place};
+use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 
-use super::kind::{Figure, Framed, Parts, find, keys, level_look};
+use super::kind::{Figure, Framed, Parts, find, level_look};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Panel, Pen, RED, Sheet};
 
@@ -20,61 +20,37 @@ pub(crate) trait OfCurves: Framed + Sync {
     fn keys(&self) -> CurveKeys;
 }
 
+/// Declares a figure of named curves, of one run or of several, with those of their keys that a pipeline may give.
 macro_rules! of_curves {
     (@labelled $of:ident run) => { vec![(None, $of.run.as_str())] };
     (@labelled $of:ident series) => {
         $of.series.iter().map(|of| (Some(of.label.as_str()), of.run.as_str())).collect()
     };
-    ($($kind:ident: $runs:ident, $name:literal, { $($(#[$about:meta])* $key:ident: $type:ty),* })*) => {$(
-        keys! {
+    ($kind:ident: $runs:ident $name:literal { $($(#[$about:meta])* $key:ident: $type:ty),* $(,)? }) => {
+        $crate::draw::kind::keys! {
             $kind: $runs;
             $($(#[$about])* #[serde(default)] $key: $type,)*
         }
 
-        impl OfCurves for $kind {
-            const CURVES: &'static NamedCurves = &NamedCurves::all()[place($name)];
+        impl $crate::draw::curve::OfCurves for $kind {
+            const CURVES: &'static asperity_numbers::curve::NamedCurves =
+                &asperity_numbers::curve::NamedCurves::all()[asperity_numbers::curve::place($name)];
 
             fn labelled(&self) -> Vec<(Option<&str>, &str)> {
-                of_curves!(@labelled self $runs)
+                $crate::draw::curve::of_curves!(@labelled self $runs)
             }
 
-            fn keys(&self) -> CurveKeys {
-                CurveKeys { $($key: Clone::clone(&self.$key),)* ..CurveKeys::default() }
+            fn keys(&self) -> asperity_numbers::curve::CurveKeys {
+                asperity_numbers::curve::CurveKeys {
+                    $($key: Clone::clone(&self.$key),)*
+                    ..Default::default()
+                }
             }
         }
-    )*};
+    };
 }
 
-of_curves! {
-    Damping: series, "ring-down", {}
-    Displacement: run, "displacement", {
-        /// The blocks, counted from 1; over an area contacts, row by row.
-        at_blocks: Vec<u32>
-    }
-    Front: run, "front", {
-        /// The length of a precursor or a slip event; the nearest one is shown.
-        blocks: Option<u32>
-    }
-    InitialShear: series, "initial-shear", {}
-    Loads: run, "loads", {}
-    Forces: run, "forces", {
-        /// Start of the time axis; by default that of the run.
-        from_s: Option<f64>,
-        /// End of the time axis; by default that of the run.
-        to_s: Option<f64>
-    }
-    Velocities: run, "velocities", {
-        /// The length of a precursor or a slip event; the nearest one is shown.
-        blocks: Option<u32>
-    }
-    Slipped: series, "slipped", {}
-    Pulse: series, "pulse", {
-        /// Time shown before a pulse reaches a block, over `a / c`.
-        before: Option<f64>,
-        /// Time shown after a pulse reaches a block, over `a / c`.
-        after: Option<f64>
-    }
-}
+pub(super) use of_curves;
 
 impl<F: OfCurves> Figure for F {
     /// What the axis across is called, and the curves.

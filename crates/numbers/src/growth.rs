@@ -61,7 +61,7 @@ impl<T> RuptureGrowth<T> {
 /// assert_eq!(found, [true, false, false, true, true, false]);
 /// assert!(growth.is_over());
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct EventGrowth {
     blocks: u32,
     longest: u32,
@@ -71,7 +71,7 @@ pub struct EventGrowth {
 impl EventGrowth {
     /// For a slider of this many blocks.
     pub fn new(blocks: u32) -> EventGrowth {
-        EventGrowth { blocks, longest: 0, over: false }
+        EventGrowth { blocks, ..EventGrowth::default() }
     }
 
     /// Whether the next slip event is a precursor, or the slip of the whole slider that ends

@@ -78,19 +78,20 @@ macro_rules! key {
 
 pub(crate) use key;
 
-/// Declares a summary: generates the struct, its JSON form with a schema, and its keys.
+/// Declares a summary: generates the struct, its JSON form with a schema, its keys, and how each value is computed
+/// of a run that has ended, behind `=`.
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
 /// its unit; a number without unit has `[unit = "1"]` after its type.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
-        pub struct $name:ident {
+        pub struct $name:ident = |$run:ident: $of:ty| {
             $(
                 $group:literal {
                     $(
                         $(#[doc = $doc:tt])*
-                        $field:ident: $type:ty $([unit = $unit:literal])?,
+                        $field:ident: $type:ty $([unit = $unit:literal])? = $value:expr,
                     )+
                 }
             )+
@@ -115,6 +116,11 @@ macro_rules! summary {
                     $(, unit = $unit)?
                 ),)+)+
             ];
+
+            /// That of a run.
+            pub(crate) fn of($run: $of) -> $name {
+                $name { $($($field: $value,)+)+ }
+            }
 
             /// The value of each key, in the same order; null where the run does not determine it.
             pub fn values(&self) -> Vec<::serde_json::Value> {

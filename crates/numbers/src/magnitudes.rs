@@ -3,14 +3,12 @@
 use asperity_record::Rupture;
 
 use crate::catalogue::moment_magnitude;
-use crate::gutenberg_richter::GutenbergRichter;
 use crate::rupture_numbers::{energy_error_j, radiated_energy_j, released_energy_j};
 
 /// Collects one number of each rupture, and two sums.
 #[derive(Debug, Default)]
 pub(crate) struct Magnitudes {
-    /// N m.
-    moments: Vec<f64>,
+    pub(crate) all: Vec<f64>,
     radiated_j: f64,
     released_j: f64,
     error_j: f64,
@@ -18,20 +16,13 @@ pub(crate) struct Magnitudes {
 
 impl Magnitudes {
     pub(crate) fn take(&mut self, rupture: &Rupture) {
-        self.moments.extend(rupture.moment_n_m);
+        self.all.extend(rupture.moment_n_m.and_then(moment_magnitude));
         if let (Some(radiated_j), Some(released_j)) = (radiated_energy_j(rupture), released_energy_j(rupture))
         {
             self.radiated_j += radiated_j;
             self.released_j += released_j;
             self.error_j += energy_error_j(rupture).unwrap_or(0.0);
         }
-    }
-
-    /// The largest magnitude, and the law of Gutenberg and Richter, where there are enough to test it.
-    pub(crate) fn sizes(&self) -> (Option<f64>, Option<GutenbergRichter>) {
-        let magnitudes: Vec<f64> = self.moments.iter().copied().filter_map(moment_magnitude).collect();
-        let largest = magnitudes.iter().copied().max_by(f64::total_cmp);
-        (largest, GutenbergRichter::complete(&magnitudes))
     }
 
     /// Radiated over released energy of the ruptures of which both are known: 0, or above what the finite step and rounding

@@ -21,13 +21,13 @@ pub(crate) struct Start {
 }
 
 /// The accumulated data of raw slip events.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct RawEvents {
     blocks: u32,
-    first: Option<Start>,
-    first_global: Option<Start>,
-    count: u64,
-    global: u64,
+    pub(crate) first: Option<Start>,
+    pub(crate) first_global: Option<Start>,
+    pub(crate) count: u64,
+    pub(crate) global: u64,
     /// Of completed events.
     longest_s: Option<f64>,
     /// Onset of the event in progress.
@@ -44,20 +44,7 @@ pub(crate) struct RawEvents {
 
 impl RawEvents {
     pub(crate) fn new(blocks: u32) -> RawEvents {
-        RawEvents {
-            blocks,
-            first: None,
-            first_global: None,
-            count: 0,
-            global: 0,
-            longest_s: None,
-            open_s: None,
-            spans: Vec::new(),
-            earliest_global_s: None,
-            wide: Vec::new(),
-            wide_ruptures: Vec::new(),
-            longest_crossing_s: 0.0,
-        }
+        RawEvents { blocks, ..RawEvents::default() }
     }
 
     /// Adds a raw slip event.
@@ -95,22 +82,6 @@ impl RawEvents {
         let onset_s = self.earliest_global_s.map_or(rupture.onset_s, |known| known.min(rupture.onset_s));
         self.earliest_global_s = Some(onset_s);
         self.spans.retain(|(from_s, _)| *from_s < onset_s);
-    }
-
-    pub(crate) fn first(&self) -> Option<Start> {
-        self.first
-    }
-
-    pub(crate) fn first_global(&self) -> Option<Start> {
-        self.first_global
-    }
-
-    pub(crate) fn count(&self) -> u64 {
-        self.count
-    }
-
-    pub(crate) fn global_count(&self) -> u64 {
-        self.global
     }
 
     pub(crate) fn wide_count(&self) -> u64 {

@@ -12,7 +12,7 @@ use crate::growth::EventGrowth;
 use crate::required_data::RequiredData;
 
 /// States and quantities derived from them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct States {
     first: Option<FieldRecord>,
     at_first_onset: Option<FieldRecord>,
@@ -39,21 +39,12 @@ impl States {
     pub fn new(blocks: u32, required: &RequiredData) -> States {
         let moving = |block: &u32| required.displacements || required.displacements_of.contains(block);
         States {
-            first: None,
-            at_first_onset: None,
-            at_precursor_onsets: Vec::new(),
-            at_precursor_ends: Vec::new(),
             near_s: required.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
             displacements: (1..=blocks).filter(moving).map(|block| (block, Vec::new())).collect(),
-            largest_displacement_m: None,
-            last_displacement_sum_m: None,
             keeps: required.states,
             keeps_onsets: required.precursor_onsets,
-            waiting: Vec::new(),
-            awaited: Vec::new(),
             growth: EventGrowth::new(blocks),
-            any_slip: false,
-            last: (0, 0, false),
+            ..States::default()
         }
     }
 

@@ -4,18 +4,18 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Plan, Scenario};
 use asperity_record::{
     Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, SlipEvent, StepRecord,
-    TimeGrid,
 };
+use serde_json::Value;
 
 use crate::catalogue::contact_area_m2;
 use crate::creep::CreepFront;
-use crate::estimate;
 use crate::growth::RuptureGrowth;
+use crate::gutenberg_richter::GutenbergRichter;
 use crate::magnitudes::Magnitudes;
 use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
 use crate::statistics::{mean, median};
-use crate::summary::{Summary, status};
+use crate::summary::Summary;
 use crate::unloaded::Unloaded;
 
 /// A creep front counts from this share of the slider on.
@@ -69,35 +69,39 @@ impl Slider {
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
 /// wide raw events, and, until the first global rupture is known, the times of raw events.
 pub struct Summarizer {
-    name: String,
-    header: RunHeader,
-    slider: Slider,
-    grid: TimeGrid,
+    pub(crate) name: String,
+    pub(crate) header: RunHeader,
+    pub(crate) slider: Slider,
     /// The step of the last record.
-    last_step: u64,
+    pub(crate) last_step: u64,
     /// Step and `F_T` of the first and of the last record.
     driving_forces_n: Option<[(u64, f64); 2]>,
-    energy: Option<Energy>,
-    records: u64,
-    switches: u64,
-    detachments: u64,
-    largest_ft_fn: Option<f64>,
+    pub(crate) energy: Option<Energy>,
+    pub(crate) records: u64,
+    pub(crate) switches: u64,
+    pub(crate) detachments: u64,
+    pub(crate) largest_ft_fn: Option<f64>,
     /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning.
     pulls_both_ways: bool,
     creep: CreepFront,
-    raw: RawEvents,
-    unloaded: Unloaded,
+    pub(crate) raw: RawEvents,
+    pub(crate) unloaded: Unloaded,
     growth: RuptureGrowth<Rupture>,
-    global: Vec<Rupture>,
-    ruptures: u64,
-    wide: u64,
-    overlapping: u64,
-    open: u64,
-    largest_slip_m: Option<f64>,
-    magnitudes: Magnitudes,
-    peak_velocity_m_per_s: Option<f64>,
+    /// The global ruptures, by onset.
+    pub(crate) global: Vec<Rupture>,
+    pub(crate) ruptures: u64,
+    pub(crate) wide: u64,
+    pub(crate) overlapping: u64,
+    pub(crate) open: u64,
+    pub(crate) largest_slip_m: Option<f64>,
+    pub(crate) magnitudes: Magnitudes,
+    pub(crate) peak_velocity_m_per_s: Option<f64>,
     /// Sum of the slips of all blocks in all ruptures; none if a block still slid at the end.
     slip_m: Option<f64>,
+    /// Once the run has ended: whether its ruptures are known, its end, and the law of its magnitudes.
+    pub(crate) has_ruptures: bool,
+    pub(crate) end: Option<RunEnd>,
+    pub(crate) sizes: Option<GutenbergRichter>,
 }
 
 impl Summarizer {
@@ -107,7 +111,6 @@ impl Summarizer {
             name: name.to_owned(),
             header: header.clone(),
             slider,
-            grid: header.time_grid(),
             last_step: 0,
             driving_forces_n: None,
             energy: None,
@@ -129,6 +132,9 @@ impl Summarizer {
             magnitudes: Magnitudes::default(),
             peak_velocity_m_per_s: None,
             slip_m: Some(0.0),
+            has_ruptures: false,
+            end: None,
+            sizes: None,
         }
     }
 
@@ -179,171 +185,117 @@ impl Summarizer {
 
     /// Ends the run, with its status if known. Without ruptures, as of a log of a program without their detector, the
     /// numbers that need them are unknown.
-    pub fn finish(self, has_ruptures: bool, end: Option<&RunEnd>) -> Summary {
-        let Summarizer { header, slider, grid, growth, global, raw, unloaded, .. } = self;
-        let known = |count: u64| has_ruptures.then_some(count);
-        let pulls_one_way = !self.pulls_both_ways;
-        let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
-        let last_step = end.map_or(self.last_step, |end| end.last_step);
-        let simulated_s = grid.time_s(last_step);
-        let contacts = header.contacts();
-        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(contacts.columns());
-        let scales = header.scales;
-        let wave_speed_m_per_s = Some(scales.wave_speed_m_per_s());
-        let speed_m_per_s =
-            |rupture: &Rupture| measures::front_speed_m_per_s(rupture, contacts, wave_speed_m_per_s);
+    pub fn finish(mut self, has_ruptures: bool, end: Option<&RunEnd>) -> Summary {
+        self.has_ruptures = has_ruptures;
+        self.last_step = end.map_or(self.last_step, |end| end.last_step);
+        self.end = end.cloned();
+        self.sizes = GutenbergRichter::complete(&self.magnitudes.all);
+        Summary::of(&self)
+    }
 
-        let farthest = || growth.iter().map(|(_, rupture)| rupture);
-        let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
-        let global: Vec<&Rupture> = global.iter().collect();
-        let growing: Vec<&Rupture> = precursors.iter().chain(&global).copied().collect();
-        let first_global = global.first().copied();
+    pub(crate) fn known(&self, count: u64) -> Option<u64> {
+        self.has_ruptures.then_some(count)
+    }
 
-        let law = slider.length_law.as_ref();
-        let residuals: Vec<(f64, f64)> = law.map_or(Vec::new(), |(law, parameters)| {
-            let residual = |rupture: &&Rupture| {
-                let lp_l = length_ratio(rupture);
-                (lp_l, rupture.ft_fn_onset - law.load_ratio(parameters, lp_l))
-            };
-            precursors.iter().map(residual).filter(|(_, residual)| residual.is_finite()).collect()
-        });
-        let line = estimate::line(&residuals);
-        let lengths: Vec<f64> = precursors.iter().map(|rupture| length_ratio(rupture)).collect();
-        let growths = lengths.windows(2).map(|pair| pair[1] - pair[0]);
+    pub(crate) fn ratio(&self, value: Option<f64>) -> Option<f64> {
+        value.and_then(finite).filter(|_| !self.pulls_both_ways)
+    }
 
-        let front = farthest().find(|rupture| measures::is_wide(rupture));
-        let creep_front_block = self.creep.before(front.map(|front| front.onset_step));
-        let creeps = creep_front_block.is_some_and(|block| {
-            block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(contacts.columns())
-        });
-        let (largest_magnitude, sizes) = self.magnitudes.sizes();
-        let wave_s = f64::from(contacts.columns().saturating_sub(1)) * scales.block_time_s;
-        let front_speed_m_per_s = median_of(&growing, speed_m_per_s);
-        let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
-        let energy = self.energy.as_ref();
-        let stress_pa = |of: &[&Rupture], drop_n: fn(&Rupture) -> Option<f64>| {
-            mean_of(of, drop_n).zip(slider.contact_area_m2).map(|(drop_n, area_m2)| drop_n / area_m2)
-        };
-        let weighted_drop_n = |rupture: &Rupture| rupture.slip_weighted_shear_force_drop_n;
-        let moved_m = || {
-            let [first_m, last_m] = self.driving_forces_n?.map(|force_n| slider.displacement_m(force_n));
-            Some(last_m? - first_m?)
-        };
+    /// How the run ended, in the word of its log.
+    pub(crate) fn status(&self) -> String {
+        let word = self.end.as_ref().and_then(|end| serde_json::to_value(end.status).ok());
+        word.as_ref().and_then(Value::as_str).unwrap_or("unknown").to_owned()
+    }
+
+    pub(crate) fn simulated_s(&self) -> f64 {
+        self.header.time_grid().time_s(self.last_step)
+    }
+
+    pub(crate) fn wave_speed_m_per_s(&self) -> f64 {
+        self.header.scales.wave_speed_m_per_s()
+    }
+
+    pub(crate) fn speed_m_per_s(&self, rupture: &Rupture) -> Option<f64> {
+        measures::front_speed_m_per_s(rupture, self.header.contacts(), Some(self.wave_speed_m_per_s()))
+    }
+
+    pub(crate) fn precursors(&self) -> impl Iterator<Item = &Rupture> {
+        self.growth.iter().map(|(_, rupture)| rupture).filter(|rupture| !rupture.reached_every_block)
+    }
+
+    /// `L_p / L` of the precursors.
+    pub(crate) fn lengths(&self) -> Vec<f64> {
+        let columns = self.header.contacts().columns();
+        self.precursors().map(|rupture| rupture.reach().length_ratio(columns)).collect()
+    }
+
+    /// `L_p / L` of the precursors, and `F_T / F_N` at the onset minus the length law.
+    pub(crate) fn residuals(&self) -> Vec<(f64, f64)> {
+        let Some((law, parameters)) = &self.slider.length_law else { return Vec::new() };
+        let residual =
+            |(rupture, lp_l): (&Rupture, f64)| (lp_l, rupture.ft_fn_onset - law.load_ratio(parameters, lp_l));
+        let all = self.precursors().zip(self.lengths()).map(residual);
+        all.filter(|(_, residual)| residual.is_finite()).collect()
+    }
+
+    fn intervals_s(&self) -> Vec<f64> {
+        self.global.windows(2).map(|pair| pair[1].onset_s - pair[0].onset_s).collect()
+    }
+
+    /// Over a quarter of the intervals instead of the first only: another slip of the whole slider may
+    /// follow one at once.
+    pub(crate) fn transient_s(&self) -> Option<f64> {
+        let intervals = self.intervals_s();
+        let quarter = intervals.len().div_ceil(4);
+        median(intervals.into_iter().take(quarter))
+    }
+
+    pub(crate) fn steady_s(&self) -> Option<f64> {
+        let intervals = self.intervals_s();
+        let half = intervals.len().div_ceil(2);
+        if intervals.len() < FEWEST_INTERVALS { None } else { median(intervals.into_iter().skip(half)) }
+    }
+
+    pub(crate) fn front_speed_m_per_s(&self) -> Option<f64> {
+        median_of(self.precursors().chain(&self.global), |rupture| self.speed_m_per_s(rupture))
+    }
+
+    pub(crate) fn over_area(&self, force_n: Option<f64>) -> Option<f64> {
+        force_n.zip(self.slider.contact_area_m2).map(|(force_n, area_m2)| force_n / area_m2)
+    }
+
+    pub(crate) fn global_moment_n_m(&self) -> Option<f64> {
+        mean_of(&self.global, |rupture| rupture.potency_m2)
+            .map(|potency_m2| potency_m2 * self.header.scales.modulus_n_per_m)
+            // Over an area, where the potency is another one.
+            .or_else(|| mean_of(&self.global, |rupture| rupture.moment_n_m))
+    }
+
+    pub(crate) fn creep_front_block(&self) -> Option<u32> {
+        let front = self.growth.iter().map(|(_, rupture)| rupture).find(|rupture| measures::is_wide(rupture));
+        self.creep.before(front.map(|front| front.onset_step))
+    }
+
+    pub(crate) fn creeps(&self) -> bool {
+        let from = CREEP_SHARE * f64::from(self.header.contacts().columns());
+        self.creep_front_block().is_some_and(|block| block >= WIDE_BLOCKS && f64::from(block) >= from)
+    }
+
+    pub(crate) fn creep_ratio(&self) -> Option<f64> {
         // A log that was cut or lost records lacks ruptures, whose slip would count as creep.
-        let is_all = has_ruptures && end.is_some_and(|end| end.status != RunStatus::Salvaged);
-        let slip_m = self.slip_m.filter(|_| is_all);
-        let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
-        // A log that counts them omits a count of zero.
-        let none_in_air = end.is_some().then_some(0);
+        let is_all = self.has_ruptures && self.end.as_ref()?.status != RunStatus::Salvaged;
+        let [first_m, last_m] = self.driving_forces_n?.map(|force_n| self.slider.displacement_m(force_n));
+        let slip_m = self.slip_m.filter(|_| is_all)?;
+        finite(1.0 - slip_m / (last_m? - first_m?))
+    }
 
-        Summary {
-            run: self.name,
-            scenario: header.scenario,
-            parameter_set: header.parameter_set,
-            status: status(end),
-            blocks: header.blocks,
-            time_step_s: header.time_step_s,
-            simulated_s,
-            link_time_s: has_ruptures.then(|| scales.link_s()),
-            first_slip_s: raw.first().map(|first| first.onset_s),
-            first_slip_ft_fn: ratio(raw.first().map(|first| first.ft_fn)),
-            first_global_rupture_onset_s: first_global.map(|first| first.onset_s),
-            first_global_rupture_last_block_s: first_global.map(|first| first.arrival_s),
-            first_global_rupture_end_s: first_global.and_then(|first| first.end_s),
-            first_global_rupture_ft_fn: ratio(first_global.map(|first| first.ft_fn_onset)),
-            first_global_rupture_nucleation_block: first_global.map(|first| first.nucleation_block),
-            first_global_rupture_front_speed_m_per_s: first_global.and_then(speed_m_per_s),
-            first_global_event_onset_s: raw.first_global().map(|first| first.onset_s),
-            first_global_event_ft_fn: ratio(raw.first_global().map(|first| first.ft_fn)),
-            global_rupture_count: known(global.len() as u64),
-            precursor_count: known(precursors.len() as u64),
-            longest_precursor_ratio: lengths.last().copied(),
-            precursor_growth_ratio: mean(growths),
-            length_law: law.map(|(law, _)| law.table_word()),
-            length_law_slope_residual: line.map(|[slope, _]| slope.value),
-            length_law_intercept_residual: line.map(|[_, intercept]| intercept.value),
-            length_law_rms_residual: mean(residuals.iter().map(|(_, residual)| residual * residual))
-                .map(f64::sqrt),
-            recurrence_transient_s: transient_s(&global),
-            recurrence_steady_s: steady_s(&global),
-            largest_ft_fn: ratio(self.largest_ft_fn),
-            precursor_drop_ft_fn: ratio(mean_of(&precursors, measures::drop_ft_fn)),
-            global_rupture_drop_ft_fn: ratio(mean_of(&global, measures::drop_ft_fn)),
-            precursor_duration_s: median_of(&precursors, measures::duration_s),
-            precursor_crossing_s: median_of(&precursors, |rupture| Some(measures::crossing_s(rupture))),
-            global_rupture_duration_s: median_of(&global, measures::duration_s),
-            global_rupture_crossing_s: median_of(&global, |rupture| Some(measures::crossing_s(rupture))),
-            front_speed_m_per_s,
-            precursor_front_speed_m_per_s: median_of(&precursors, speed_m_per_s),
-            global_rupture_front_speed_m_per_s: median_of(&global, speed_m_per_s),
-            wave_speed_m_per_s,
-            front_speed_over_wave_speed_ratio: front_speed_m_per_s
-                .zip(wave_speed_m_per_s)
-                .and_then(|(front, wave)| finite(front / wave)),
-            // With a state the solver chooses its steps.
-            front_speed_error_ratio: (front_speed_m_per_s.is_some() && !header.has_state)
-                .then(|| scales.front_error(header.time_step_s)),
-            precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
-            global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
-            largest_slip_m: self.largest_slip_m,
-            peak_velocity_m_per_s: self.peak_velocity_m_per_s,
-            precursor_stress_drop_pa: stress_pa(&precursors, |rupture| rupture.mean_shear_force_drop_n),
-            precursor_weighted_stress_drop_pa: stress_pa(&precursors, weighted_drop_n),
-            global_rupture_stress_drop_pa: stress_pa(&global, |rupture| rupture.mean_shear_force_drop_n),
-            global_rupture_weighted_stress_drop_pa: stress_pa(&global, weighted_drop_n),
-            precursor_strength_drop_n: mean_of(&precursors, |rupture| rupture.mean_strength_drop_n),
-            global_rupture_strength_drop_n: mean_of(&global, |rupture| rupture.mean_strength_drop_n),
-            global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
-                .map(|potency_m2| potency_m2 * scales.modulus_n_per_m)
-                // Over an area, where the potency is another one.
-                .or_else(|| mean_of(&global, |rupture| rupture.moment_n_m)),
-            largest_magnitude,
-            completeness_magnitude: sizes.as_ref().map(|sizes| sizes.completeness),
-            complete_rupture_count: sizes.as_ref().map(|sizes| sizes.count as u64),
-            gutenberg_richter_b: sizes.as_ref().and_then(|sizes| Some(sizes.b.ok()?.value)),
-            gutenberg_richter_b_error: sizes.as_ref().and_then(|sizes| Some(sizes.b.ok()?.error)),
-            // Without commas, as cells of tables are.
-            gutenberg_richter_test: sizes.as_ref().map(|sizes| sizes.words().replace(',', ";")),
-            radiated_over_released_energy_ratio: self.magnitudes.radiated_ratio(),
-            drive_work_j: energy.map(|energy| energy.drive_work_j),
-            prestress_work_j: energy.map(|energy| energy.prestress_work_j),
-            friction_heat_j: energy.map(|energy| energy.friction_heat_j),
-            radiated_j: energy.and_then(|energy| energy.radiated_j),
-            anchor_change_j: energy.map(|energy| energy.anchor_change_j),
-            viscous_loss_j: energy.map(|energy| energy.viscous_loss_j),
-            kinetic_j: energy.map(|energy| energy.kinetic_j),
-            elastic_j: energy.map(|energy| energy.elastic_j),
-            scheme_work_j: energy.map(|energy| energy.scheme_work_j),
-            precursor_heat_j: mean_of(&precursors, |rupture| rupture.friction_heat_j),
-            global_rupture_heat_j: mean_of(&global, |rupture| rupture.friction_heat_j),
-            creeps: has_ruptures.then_some(creeps),
-            creep_front_block: creep_front_block.filter(|_| has_ruptures),
-            sliding_time_ratio: raw.sliding_time_ratio(first_global.map(|first| first.onset_s), simulated_s),
-            creep_ratio: slip_m.zip(moved_m()).and_then(|(slip_m, moved_m)| finite(1.0 - slip_m / moved_m)),
-            raw_events_mislead: has_ruptures.then(|| raw.mislead(wave_s, simulated_s)),
-            event_count: raw.count(),
-            global_event_count: raw.global_count(),
-            longest_event_s: raw.longest_s(simulated_s),
-            wide_event_count: raw.wide_count(),
-            joined_event_count: known(raw.joined_count()),
-            contact_steps_in_air: solver("contact_steps_in_air").or(none_in_air),
-            unloaded_contact_count,
-            unloaded_detachment_count,
-            unloaded_event_count,
-            rupture_count: known(self.ruptures),
-            wide_rupture_count: known(self.wide),
-            overlapping_rupture_count: known(self.overlapping),
-            open_rupture_count: known(self.open),
-            switch_count: self.switches,
-            detachment_count: self.detachments,
-            last_step,
-            step_record_count: self.records,
-            plain_steps: solver("plain_steps"),
-            window_steps: solver("window_steps"),
-            windows: solver("windows"),
-            jump_steps: solver("jump_steps"),
-            jumps: solver("jumps"),
-        }
+    pub(crate) fn raw_events_mislead(&self) -> bool {
+        let spacings = self.header.contacts().columns().saturating_sub(1);
+        self.raw.mislead(f64::from(spacings) * self.header.scales.block_time_s, self.simulated_s())
+    }
+
+    pub(crate) fn solver(&self, count: &str) -> Option<u64> {
+        self.end.as_ref()?.solver.counts.get(count).copied()
     }
 }
 
@@ -365,7 +317,7 @@ impl Observer for Summarizer {
 }
 
 /// JSON has no numbers that are not finite, such as `F_T / F_N` without a normal load.
-fn finite(value: f64) -> Option<f64> {
+pub(crate) fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
@@ -374,28 +326,16 @@ fn largest(known: Option<f64>, value: Option<f64>) -> Option<f64> {
     known.into_iter().chain(value).max_by(f64::total_cmp)
 }
 
-fn mean_of(ruptures: &[&Rupture], measure: impl Fn(&Rupture) -> Option<f64>) -> Option<f64> {
-    mean(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
+pub(crate) fn mean_of<'a>(
+    ruptures: impl IntoIterator<Item = &'a Rupture>,
+    measure: impl Fn(&Rupture) -> Option<f64>,
+) -> Option<f64> {
+    mean(ruptures.into_iter().filter_map(|rupture| measure(rupture).and_then(finite)))
 }
 
-fn median_of(ruptures: &[&Rupture], measure: impl Fn(&Rupture) -> Option<f64>) -> Option<f64> {
-    median(ruptures.iter().filter_map(|rupture| measure(rupture).and_then(finite)))
-}
-
-fn intervals_s(global: &[&Rupture]) -> Vec<f64> {
-    global.windows(2).map(|pair| pair[1].onset_s - pair[0].onset_s).collect()
-}
-
-/// Over a quarter of the intervals instead of the first only: another slip of the whole slider may
-/// follow one at once.
-fn transient_s(global: &[&Rupture]) -> Option<f64> {
-    let intervals = intervals_s(global);
-    let quarter = intervals.len().div_ceil(4);
-    median(intervals.into_iter().take(quarter))
-}
-
-fn steady_s(global: &[&Rupture]) -> Option<f64> {
-    let intervals = intervals_s(global);
-    let half = intervals.len().div_ceil(2);
-    if intervals.len() < FEWEST_INTERVALS { None } else { median(intervals.into_iter().skip(half)) }
+pub(crate) fn median_of<'a>(
+    ruptures: impl IntoIterator<Item = &'a Rupture>,
+    measure: impl Fn(&Rupture) -> Option<f64>,
+) -> Option<f64> {
+    median(ruptures.into_iter().filter_map(|rupture| measure(rupture).and_then(finite)))
 }

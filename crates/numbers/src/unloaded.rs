@@ -25,7 +25,7 @@ impl Unloaded {
     pub(crate) fn take(&mut self, record: &StepRecord) {
         self.slides = record.sliding > 0;
         if !self.slides {
-            self.end_event();
+            self.events += u64::from(self.bears.take() == Some(false));
         }
         for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
             let bears = switch.threshold_n > 0.0;
@@ -37,17 +37,11 @@ impl Unloaded {
         }
     }
 
-    fn end_event(&mut self) {
-        self.events += u64::from(self.bears.take() == Some(false));
-    }
-
     /// The numbers of contacts, detachments and raw slip events without load in a finished run.
-    pub(crate) fn counts(mut self) -> [u64; 3] {
+    pub(crate) fn counts(&self) -> [u64; 3] {
         // Blocks that detached in the last step have not slid.
-        if self.slides {
-            self.end_event();
-        }
-        [self.contacts.len() as u64, self.detachments, self.events]
+        let last = u64::from(self.slides && self.bears == Some(false));
+        [self.contacts.len() as u64, self.detachments, self.events + last]
     }
 }
 
@@ -89,7 +83,7 @@ mod tests {
         ] {
             unloaded.take(&record);
         }
-        assert_eq!(unloaded.clone().counts(), [2, 3, 2]);
+        assert_eq!(unloaded.counts(), [2, 3, 2]);
         // After its last step there is no event.
         unloaded.take(&record(9, 1, &[(1, Attach, 0.0)]));
         unloaded.take(&record(10, 0, &[(1, Detach, 0.0)]));

@@ -83,7 +83,7 @@ macro_rules! kinds {
             family: Vec<Family>,
             $(
                 #[serde(default, rename = $key)]
-                #[schemars(description = $of::CURVES.about.trim_ascii())]
+                #[schemars(description = $of::curves().about.trim_ascii())]
                 $curves: Vec<$of>,
             )*
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
@@ -94,7 +94,7 @@ macro_rules! kinds {
             fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
                 let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
                 $({
-                    let what = $of::CURVES.about.trim_ascii();
+                    let what = $of::curves().about.trim_ascii();
                     all.extend(self.$curves.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 $({

@@ -108,7 +108,7 @@ fn even_front(run: &RunEvents) -> Option<(Front, usize)> {
 
 /// The sum of all displacements in the last state, over `(mu_s - mu_d) p / k`.
 pub(crate) fn slip_sum(run: &RunEvents, states: &States) -> Option<f64> {
-    Some(states.last_displacement_sum_m()? / unit_m(run)?)
+    Some(states.last_displacement_sum_m? / unit_m(run)?)
 }
 
 /// The sum at which the blocks that the front from block 1 has passed are in balance, if the next one is stuck.

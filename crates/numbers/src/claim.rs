@@ -3,7 +3,6 @@
 //! The columns are listed once, in [`columns`], for writing the table, and [`read`] finds them by the same
 //! names.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 
 use crate::claims::{Kind, Speaker, Verdict};
@@ -131,15 +130,12 @@ const NEEDED: [&str; 8] = ["about", "of", "run", "quote", "measure", "ours", "ve
 pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
     let mut reader = csv::Reader::from_reader(source);
     let headings = reader.headers()?.clone();
-    let mut places = BTreeMap::new();
-    for (place, name) in headings.iter().enumerate() {
-        places.entry(name).or_insert(place);
-    }
-    if let Some(column) = NEEDED.into_iter().find(|column| !places.contains_key(column)) {
+    let place = |column: &str| headings.iter().position(|name| name == column);
+    if let Some(column) = NEEDED.into_iter().find(|column| place(column).is_none()) {
         return Err(ReadError::NoColumn(column));
     }
     let claim = |row: csv::StringRecord| {
-        let cell = |column| places.get(column).and_then(|place| row.get(*place)).unwrap_or_default();
+        let cell = |column| place(column).and_then(|place| row.get(place)).unwrap_or_default();
         let text = |column| cell(column).to_owned();
         let refused = |column, accepted: &str| ReadError::Cell {
             line: row.position().map_or(0, csv::Position::line),
@@ -151,7 +147,7 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
             "" => Ok(None),
             value => value.parse().map(Some).map_err(|_| refused(column, "a number")),
         };
-        let place = |column, words: &[&str]| {
+        let word = |column, words: &[&str]| {
             let found = words.iter().position(|word| *word == cell(column));
             found.ok_or_else(|| refused(column, &words.join(", ")))
         };
@@ -160,21 +156,21 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
                 ours: number(ours)?,
                 error: number(error)?,
                 rule: text(rule),
-                verdict: Verdict::ALL[place(verdict, &Verdict::ALL.map(|all| all.1))?].0,
+                verdict: Verdict::ALL[word(verdict, &Verdict::ALL.map(|all| all.1))?].0,
             })
         };
         let second = ["as_stated_ours", "as_stated_standard_error", "as_stated_rule", "as_stated_verdict"];
         Ok(Claim {
             about: text("about"),
             figures: cell("figures").split_whitespace().map(str::to_owned).collect(),
-            of: Speaker::ALL[place("of", &Speaker::ALL.map(|all| all.1))?].0,
+            of: Speaker::ALL[word("of", &Speaker::ALL.map(|all| all.1))?].0,
             run: text("run"),
             quote: text("quote"),
             measure: text("measure"),
             stated: text("stated"),
             own: judgement(["ours", "standard_error", "rule", "verdict"])?,
             deviation: number("deviation")?,
-            kind: Kind::ALL[place("kind", &Kind::ALL.map(|all| all.1))?].0,
+            kind: Kind::ALL[word("kind", &Kind::ALL.map(|all| all.1))?].0,
             note: text("note"),
             as_stated: (!cell(second[3]).is_empty()).then(|| judgement(second)).transpose()?,
         })

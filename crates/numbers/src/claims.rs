@@ -23,6 +23,7 @@ use crate::estimate::{Estimate, median_of};
 use crate::number::Number;
 use crate::required_data::RequiredData;
 use crate::run_data::RunData;
+use crate::summary::Summary;
 
 /// Relative deviation up to which a number stated is taken to agree.
 const TOLERANCE: f64 = 0.02;
@@ -309,9 +310,9 @@ impl ClaimSpec {
 pub struct Measured(Vec<Option<[Estimate; 2]>>);
 
 impl Measured {
-    /// Takes the numbers of a run's summary, given by their names.
-    pub fn of_summary(claims: &[ClaimSpec], run: &str, number: &dyn Fn(&str) -> Option<f64>) -> Measured {
-        Measured::by(claims, run, &|measure: Number, _| number(measure.name()).map(Estimate::exact))
+    /// Takes the numbers of a run's summary, if it has one.
+    pub fn of_summary(claims: &[ClaimSpec], run: &str, summary: Option<&Summary>) -> Measured {
+        Measured::by(claims, run, &|measure: Number, _| measure.of_summary(summary?).map(Estimate::exact))
     }
 
     /// Measures a run.

@@ -3,7 +3,7 @@
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
 use asperity_record::{Rupture, SlipEvent, WindowRecord};
 
-use crate::estimate::{Estimate, line};
+use crate::estimate::{Estimate, line, root_mean_square};
 use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::{Load, NotKept, RunData, RunEvents, load_at};
 use crate::states::States;
@@ -20,21 +20,24 @@ pub struct PrecursorPoint {
     pub predicted: f64,
 }
 
+impl PrecursorPoint {
+    fn of(run: &RunEvents, law: LengthLaw, lp_l: f64, ft_fn: f64) -> PrecursorPoint {
+        let predicted = law.load_ratio(&LengthLawParameters::of(&run.scenario), lp_l);
+        PrecursorPoint { lp_l, ft_fn, predicted }
+    }
+}
+
 /// Precursors of a run beside a length law.
 pub fn precursor_points(
     run: &RunEvents,
     law: LengthLaw,
     precursors: &[Precursor<'_>],
 ) -> Vec<PrecursorPoint> {
-    let parameters = LengthLawParameters::of(&run.scenario);
-    precursors
-        .iter()
-        .map(|precursor| {
-            let lp_l = precursor.length_ratio(run.columns());
-            let predicted = law.load_ratio(&parameters, lp_l);
-            PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
-        })
-        .collect()
+    let columns = run.columns();
+    let point = |found: &Precursor<'_>| {
+        PrecursorPoint::of(run, law, found.length_ratio(columns), found.start.ft_fn_onset)
+    };
+    precursors.iter().map(point).collect()
 }
 
 /// The precursors among the ruptures of a run beside a length law.
@@ -43,13 +46,11 @@ pub fn rupture_points<'a>(
     law: LengthLaw,
     rules: &PrecursorRules,
 ) -> Vec<(&'a Rupture, PrecursorPoint)> {
-    let parameters = LengthLawParameters::of(&run.scenario);
-    let point = |rupture: &Rupture| {
-        let lp_l = rupture.reach().length_ratio(run.columns());
-        PrecursorPoint { lp_l, ft_fn: rupture.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
+    let columns = run.columns();
+    let point = |found: &Rupture| {
+        PrecursorPoint::of(run, law, found.reach().length_ratio(columns), found.ft_fn_onset)
     };
-    let found = precursors::among_ruptures(run, rules);
-    found.into_iter().map(|rupture| (rupture, point(rupture))).collect()
+    precursors::among_ruptures(run, rules).into_iter().map(|rupture| (rupture, point(rupture))).collect()
 }
 
 /// How well the precursors of a run follow a length law; in units of `F_T / F_N`.
@@ -75,15 +76,11 @@ pub fn residuals(
     let mut precursors = precursors::find(run, rules)?;
     precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
     let points = precursor_points(run, law, &precursors);
-    if points.is_empty() {
-        return Ok(None);
-    }
-    let residuals = points.iter().map(|point| point.ft_fn - point.predicted);
-    let squares: f64 = residuals.clone().map(|residual| residual * residual).sum();
-    Ok(Some(Residuals {
+    let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
+    Ok(root_mean_square(&residuals).map(|rms| Residuals {
         count: points.len(),
-        rms: (squares / points.len() as f64).sqrt(),
-        max: residuals.fold(0.0, |max: f64, residual| max.max(residual.abs())),
+        rms: rms.value,
+        max: residuals.iter().fold(0.0, |max: f64, residual| max.max(residual.abs())),
     }))
 }
 

@@ -85,15 +85,9 @@ impl SizeFit {
         // The mean falls with theta; beyond these bounds nearly all sizes are the smallest or the
         // largest.
         let scale = statistics[1] - statistics[0];
-        let (mut low, mut high) = (-700.0 / scale, 700.0 / scale);
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if moments(&statistics, middle).0 > mean { low = middle } else { high = middle }
-        }
-        let value = 0.5 * (low + high);
+        let ends = [-700.0 / scale, 700.0 / scale];
+        let middle = |low: f64, high: f64| 0.5 * (low + high);
+        let value = bisected(ends, middle, |theta| moments(&statistics, theta).0 > mean);
         let variance = moments(&statistics, value).1;
         let error = 1.0 / (values.len() as f64 * variance).sqrt();
         Some(SizeFit { theta: Estimate { value, error }, smallest, statistics })
@@ -204,14 +198,25 @@ impl TimeFit {
             TimeFit::LogNormal { median_s, spread } => {
                 0.5 * libm::erfc((time_s / median_s.value).ln() / (spread.value * std::f64::consts::SQRT_2))
             }
-            TimeFit::Exponential { mean_s } => TimeFit::exponential_survival(time_s, mean_s.value),
+            TimeFit::Exponential { mean_s } => (-time_s / mean_s.value).exp(),
         }
     }
+}
 
-    /// The probability of a longer time by an exponential law of this mean.
-    pub(crate) fn exponential_survival(time_s: f64, mean_s: f64) -> f64 {
-        (-time_s / mean_s).exp()
+/// Where values cease to be too small, between two ends.
+fn bisected(
+    [mut low, mut high]: [f64; 2],
+    middle: fn(f64, f64) -> f64,
+    is_small: impl Fn(f64) -> bool,
+) -> f64 {
+    for _ in 0..200 {
+        let middle = middle(low, high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if is_small(middle) { low = middle } else { high = middle }
     }
+    middle(low, high)
 }
 
 /// The shape solves `sum t^k ln t / sum t^k - 1 / k = mean ln t`, whose left side rises with it; the
@@ -229,15 +234,8 @@ fn weibull(logs: &[f64], mean_log: f64) -> TimeFit {
         let (sum, weighted) = powers(shape);
         weighted / sum - 1.0 / shape - mean_log
     };
-    let (mut low, mut high) = (1e-9f64, 1e9f64);
-    for _ in 0..200 {
-        let middle = (low * high).sqrt();
-        if middle <= low || middle >= high {
-            break;
-        }
-        if excess(middle) < 0.0 { low = middle } else { high = middle }
-    }
-    let shape = (low * high).sqrt();
+    let middle = |low: f64, high: f64| (low * high).sqrt();
+    let shape = bisected([1e-9, 1e9], middle, |shape| excess(shape) < 0.0);
     let scale = (longest + (powers(shape).0 / count).ln() / shape).exp();
     TimeFit::Weibull {
         shape: Estimate { value: shape, error: 0.7797 * shape / count.sqrt() },

@@ -135,6 +135,11 @@ pub fn speeds(run: &RunEvents, arrivals: &[Arrival], from_blocks: u32, across: u
     Some(counted.flat_map(|passed| local_speeds_of(run, passed, across)).collect())
 }
 
+/// The arrivals of one rupture, which follow each other.
+fn of_rupture(arrivals: &[Arrival], rupture: u64) -> &[Arrival] {
+    arrivals.chunk_by(|a, b| a.rupture == b.rupture).find(|of| of[0].rupture == rupture).unwrap_or_default()
+}
+
 /// Local speeds of the fronts of one rupture, over the wave speed.
 fn local_speeds_of(run: &RunEvents, passed: &[Arrival], across: u32) -> Vec<f64> {
     match run.of_one_row() {
@@ -149,9 +154,7 @@ fn local_speeds_of(run: &RunEvents, passed: &[Arrival], across: u32) -> Vec<f64>
 /// the wave speed.
 pub(crate) fn global_quantile(run: &RunEvents, arrivals: &[Arrival], share: f64) -> Option<f64> {
     let global = run.ruptures_by_onset().into_iter().find(|rupture| rupture.reached_every_block)?;
-    let passed: Vec<Arrival> =
-        arrivals.iter().filter(|arrival| arrival.rupture == global.rupture).cloned().collect();
-    let mut speeds = local_speeds_of(run, &passed, ACROSS);
+    let mut speeds = local_speeds_of(run, of_rupture(arrivals, global.rupture), ACROSS);
     speeds.sort_by(f64::total_cmp);
     quantile(&speeds, share)
 }
@@ -182,12 +185,11 @@ pub fn over_stress(
         else {
             continue;
         };
-        let of = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
-        let of: Vec<Arrival> = arrivals.iter().filter(of).cloned().collect();
+        let of = of_rupture(arrivals, rupture.rupture);
         let found = &mut all[usize::from(rupture.reached_every_block)];
         if run.of_one_row().is_none() {
             let nucleation = run.header.contacts().column(rupture.nucleation_block);
-            for (arrival, speed) in speeds_over_area(run, &of) {
+            for (arrival, speed) in speeds_over_area(run, of) {
                 let n = arrival.block as usize - 1;
                 let (along_n, across_n) = (state.tangential_force_n[n], state.tangential_force_across_n[n]);
                 if p_n[n] > 0.0 && arrival.column.is_some_and(|column| column >= nucleation) {
@@ -196,7 +198,7 @@ pub fn over_stress(
             }
             continue;
         }
-        let speeds = speeds_of_rupture(&of, across, crossing_s(run)).into_iter();
+        let speeds = speeds_of_rupture(of, across, crossing_s(run)).into_iter();
         for (block, speed) in speeds.filter(|(block, _)| *block >= rupture.nucleation_block) {
             let passed = block as usize - 1..(block + across) as usize;
             let ratios = state.tangential_force_n[passed.clone()].iter().zip(&p_n[passed]);

@@ -66,20 +66,6 @@ impl Test {
         Test { statistic: from_times(fit, times_s), critical: critical_of_times(times_s.len(), law) }
     }
 
-    /// That of another law: how far the sample is from its fit, its number, and how far as many drawn by the fit are from
-    /// their own, given shares from 0 to 1 at random.
-    pub(crate) fn of_drawn(
-        statistic: f64,
-        count: usize,
-        draws: usize,
-        drawn: impl Fn(usize, &mut dyn FnMut() -> f64) -> f64,
-    ) -> Test {
-        Test {
-            statistic,
-            critical: critical(count, draws, |count, random| drawn(count, &mut || random.share())),
-        }
-    }
-
     /// Whether the sample is not from the law.
     pub fn rejects(&self) -> bool {
         // A law of two sizes fits every sample up to rounding.
@@ -94,7 +80,7 @@ impl Test {
 }
 
 /// The critical value for a sample of that size, given how far a drawn one is from its own fit.
-fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
+pub(crate) fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let drawn = count.min(LARGEST);
     critical_of_drawn(drawn, draws, distance) * (drawn as f64 / count as f64).sqrt()
 }

@@ -2,7 +2,6 @@
 //! tables and the page that explains them.
 
 use asperity_record::{Column, ColumnKind};
-use serde_json::Value;
 
 /// What a number of a run is called, and what it means.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,18 +31,12 @@ impl Key {
 /// A type of values in a summary.
 pub(crate) trait FieldValue {
     const KIND: ColumnKind;
-
-    fn value(&self) -> Value;
 }
 
 macro_rules! field_values {
     ($($type:ty: $kind:ident),+) => {
         $(impl FieldValue for $type {
             const KIND: ColumnKind = ColumnKind::$kind;
-
-            fn value(&self) -> Value {
-                self.clone().into()
-            }
         })+
     };
 }
@@ -52,10 +45,6 @@ field_values!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
 
 impl<T: FieldValue> FieldValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
-
-    fn value(&self) -> Value {
-        self.as_ref().map_or(Value::Null, T::value)
-    }
 }
 
 /// A [`Key`], of its group, name, type, meaning and attributes.
@@ -120,11 +109,6 @@ macro_rules! summary {
             /// That of a run.
             pub(crate) fn of($run: $of) -> $name {
                 $name { $($($field: $value,)+)+ }
-            }
-
-            /// The value of each key, in the same order; null where the run does not determine it.
-            pub fn values(&self) -> Vec<::serde_json::Value> {
-                vec![$($($crate::key::FieldValue::value(&self.$field),)+)+]
             }
         }
     };

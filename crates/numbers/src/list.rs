@@ -4,7 +4,8 @@
 //! To add one: an entry, with its unit last in its name, and behind `=` the variant of
 //! [`Of`](crate::of::Of) that holds what it is taken of. Its comment is its meaning on every page.
 
-use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
+use asperity_model::analytic::LengthLaw::{Balance, InitialShear, Linear, Screened, Tilted};
+use asperity_model::analytic::{self, LengthLawParameters, LoadCurve};
 use asperity_model::front;
 use asperity_record::{SlipEvent, WindowRecord};
 
@@ -29,9 +30,8 @@ use crate::slow_slip;
 use crate::statistics::median;
 use crate::theory_residuals::{
     affected_blocks, affected_blocks_error, affected_blocks_theory, affected_cut_off, ahead_of_front_error,
-    decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
-    load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
-    slope_error_of, time_to_reach,
+    decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
+    onset_profile_error, points, ring_down_error, rms_over_mu_d, slope_error, time_to_reach,
 };
 
 numbers! {
@@ -48,11 +48,10 @@ numbers! {
         slope_to_dynamic_coefficient_theory_per_s: f64 =
             Events |run, _| Some(run.mu_d()? / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
         /// Deviation of the time to `mu_d` from the theory, over the theory.
-        time_to_dynamic_coefficient_error_ratio: f64 =
-            Loads |run, loads, _| {
-                let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
-                Some((time_to_reach(loads, run.mu_d()?)? / theory_s - 1.0).abs())
-            };
+        time_to_dynamic_coefficient_error_ratio: f64 = Loads |run, loads, _| {
+            let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
+            Some((time_to_reach(loads, run.mu_d()?)? / theory_s - 1.0).abs())
+        };
         /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
         load_curve_error_ratio: f64 = Loads |run, loads, _| load_curve_error(run, loads);
         /// `mu_s / mu_d`; none by rate-and-state friction, as are all numbers over `mu_d`.
@@ -105,10 +104,9 @@ numbers! {
         };
         /// `L_p / L` of the longest precursor, or global slip event, that began at or below a given load
         /// `F_T / F_N`.
-        event_length_at_load_ratio: f64 =
-            Loads |run, loads, near| {
-                largest_at_load(run, loads, near?, |precursor| precursor.length_ratio(run.columns()))
-            };
+        event_length_at_load_ratio: f64 = Loads |run, loads, near| {
+            largest_at_load(run, loads, near?, |precursor| precursor.length_ratio(run.columns()))
+        };
         /// Number of blocks of the precursor whose length is nearest to the claimed one.
         nearest_precursor_event_blocks: u32 =
             Events |run, near| Some(f64::from(nearest_precursor(run, near?)?.last_block));
@@ -116,10 +114,9 @@ numbers! {
         mean_behind_event_front_ratio: f64 =
             LoadsAndStates |run, loads, states, near| mean_behind_front(run, loads, states, near?);
         /// Deviation of that mean from `mu_d`, over `mu_d`.
-        mean_behind_event_front_error_ratio: f64 =
-            LoadsAndStates |run, loads, states, near| {
-                Some((mean_behind_front(run, loads, states, near?)? / run.mu_d()? - 1.0).abs())
-            };
+        mean_behind_event_front_error_ratio: f64 = LoadsAndStates |run, loads, states, near| {
+            Some((mean_behind_front(run, loads, states, near?)? / run.mu_d()? - 1.0).abs())
+        };
         /// Deviation of a mean of `tau_n / p_n` from `alpha = (mu_s + mu_d) / 2`, over `alpha`: the mean
         /// over all precursors before the first global slip event, each at its end, of the first block
         /// ahead of its front.
@@ -128,44 +125,45 @@ numbers! {
     }
     "Precursors among slip events, beside length laws" {
         /// Root mean square of the residuals against (5.22), over `mu_d`.
-        event_residual_tilted_ratio: f64 = Events |run, _| residual(run, LengthLaw::Tilted);
+        event_residual_tilted_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Tilted));
         /// Root mean square of the residuals against (5.52), over `mu_d`.
-        event_residual_initial_shear_ratio: f64 = Events |run, _| residual(run, LengthLaw::InitialShear);
+        event_residual_initial_shear_ratio: f64 =
+            Events |run, _| rms_over_mu_d(run, &points(run, InitialShear));
         /// Root mean square of the residuals against (5.57), over `mu_d`.
-        event_residual_linear_ratio: f64 = Events |run, _| residual(run, LengthLaw::Linear);
+        event_residual_linear_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Linear));
         /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
-        event_residual_balance_ratio: f64 = Events |run, _| residual(run, LengthLaw::Balance);
+        event_residual_balance_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Balance));
         /// Deviation from 1 of the slope of the straight line through the precursors, `F_T / F_N` against
         /// its value by (5.22).
-        event_slope_error_tilted_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Tilted);
+        event_slope_error_tilted_ratio: f64 = Events |run, _| slope_error(&points(run, Tilted));
         /// Deviation from 1 of the slope against (5.52).
-        event_slope_error_initial_shear_ratio: f64 =
-            Events |run, _| slope_error(run, LengthLaw::InitialShear);
+        event_slope_error_initial_shear_ratio: f64 = Events |run, _| slope_error(&points(run, InitialShear));
         /// Deviation from 1 of the slope against (5.57).
-        event_slope_error_linear_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Linear);
+        event_slope_error_linear_ratio: f64 = Events |run, _| slope_error(&points(run, Linear));
         /// Deviation from 1 of the slope against (5.22) with the shear ahead of the front.
-        event_slope_error_screened_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Screened);
+        event_slope_error_screened_ratio: f64 = Events |run, _| slope_error(&points(run, Screened));
         /// Deviation from 1 of the slope against the quasi-static balance.
-        event_slope_error_balance_ratio: f64 = Events |run, _| slope_error(run, LengthLaw::Balance);
+        event_slope_error_balance_ratio: f64 = Events |run, _| slope_error(&points(run, Balance));
         /// Deviation from 0 of the intercept of the straight line through the precursors, `F_T / F_N`
         /// against its value by (5.22), over `mu_d`.
-        event_intercept_error_tilted_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Tilted);
+        event_intercept_error_tilted_ratio: f64 = Events |run, _| intercept_error(run, &points(run, Tilted));
         /// Deviation from 0 of the intercept against (5.52), over `mu_d`.
         event_intercept_error_initial_shear_ratio: f64 =
-            Events |run, _| intercept_error(run, LengthLaw::InitialShear);
+            Events |run, _| intercept_error(run, &points(run, InitialShear));
         /// Deviation from 0 of the intercept against (5.57), over `mu_d`.
-        event_intercept_error_linear_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Linear);
+        event_intercept_error_linear_ratio: f64 = Events |run, _| intercept_error(run, &points(run, Linear));
         /// Deviation from 0 of the intercept against (5.22) with the shear ahead of the front, over
         /// `mu_d`.
-        event_intercept_error_screened_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Screened);
+        event_intercept_error_screened_ratio: f64 =
+            Events |run, _| intercept_error(run, &points(run, Screened));
         /// Deviation from 0 of the intercept against the quasi-static balance, over `mu_d`.
-        event_intercept_error_balance_ratio: f64 = Events |run, _| intercept_error(run, LengthLaw::Balance);
+        event_intercept_error_balance_ratio: f64 =
+            Events |run, _| intercept_error(run, &points(run, Balance));
         /// Deviation of (5.52) at `L_p = L` from `mu_d`, over `mu_d`.
-        law_end_error_initial_shear_ratio: f64 =
-            Events |run, _| {
-                let parameters = LengthLawParameters::of(&run.has_free_ends()?.scenario);
-                Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
-            };
+        law_end_error_initial_shear_ratio: f64 = Events |run, _| {
+            let parameters = LengthLawParameters::of(&run.has_free_ends()?.scenario);
+            Some((InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
+        };
     }
     "First global slip event, and those after it" {
         /// Deviation of `F_T / F_N` at the onset of the first global slip event from `mu_d`, over `mu_d`.
@@ -173,13 +171,12 @@ numbers! {
             Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d()? - 1.0).abs());
         /// Position of `F_T / F_N` at the onset of the first global slip event between the two
         /// coefficients: 0 at `mu_d`, 1 at `mu_s`.
-        first_global_event_between_coefficients_ratio: f64 =
-            Events |run, _| {
-                let mu_d = run.mu_d()?;
-                let above = run.first_global_slip()?.ft_fn_onset - mu_d;
-                let between = run.plan.friction.static_coefficient - mu_d;
-                (between > 0.0).then(|| above / between)
-            };
+        first_global_event_between_coefficients_ratio: f64 = Events |run, _| {
+            let mu_d = run.mu_d()?;
+            let above = run.first_global_slip()?.ft_fn_onset - mu_d;
+            let between = run.plan.friction.static_coefficient - mu_d;
+            (between > 0.0).then(|| above / between)
+        };
         /// Mean of `F_T / F_N` over time from the first global slip event to the end, over `mu_d`.
         mean_after_global_event_ratio: f64 = Loads |run, loads, _| mean_after_global_slip(run, loads);
         /// Deviation of that mean from 1.
@@ -187,11 +184,10 @@ numbers! {
             Loads |run, loads, _| Some((mean_after_global_slip(run, loads)? - 1.0).abs());
         /// Deviation of the middle between the extrema of `F_T / F_N` in a global slip event from `mu_d`,
         /// over `mu_d`; the largest of all global slip events.
-        global_event_middle_error_ratio: f64 =
-            Events |run, _| {
-                let mu_d = run.mu_d()?;
-                largest(global_slips(run).map(|slip| middle(slip) / mu_d - 1.0))
-            };
+        global_event_middle_error_ratio: f64 = Events |run, _| {
+            let mu_d = run.mu_d()?;
+            largest(global_slips(run).map(|slip| middle(slip) / mu_d - 1.0))
+        };
         /// Extent of the largest drop of `F_T / F_N` in a global slip event.
         largest_global_event_drop_ft_fn: f64 [unit = "1"] =
             Events |run, _| largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min);
@@ -228,10 +224,10 @@ numbers! {
         /// Deviation from 1 of the slope of the straight line through the precursors among slip events
         /// before the drive is held, `F_T / F_N` against its value by that law.
         event_slope_error_before_hold_ratio: f64 =
-            Events |run, _| slope_error_of(&points_beside_hold(run, Side::BeforeHold)?);
+            Events |run, _| slope_error(&points_beside_hold(run, Side::BeforeHold)?);
         /// Deviation of the intercept of that line from 0, over `mu_d`.
         event_intercept_error_before_hold_ratio: f64 =
-            Events |run, _| intercept_error_of(run, &points_beside_hold(run, Side::BeforeHold)?);
+            Events |run, _| intercept_error(run, &points_beside_hold(run, Side::BeforeHold)?);
     }
     "Motion" {
         /// Duration of the slip event within the dense window whose length is nearest to the claimed one,
@@ -258,7 +254,7 @@ numbers! {
         };
         /// Largest displacement of any block in the recorded states, mm.
         largest_displacement_mm: f64 [unit = "mm"] =
-            States |_, states, _| states.largest_displacement_m().map(|u| u * 1e3);
+            States |_, states, _| states.largest_displacement_m.map(|u| u * 1e3);
         /// Number of over-damped modes of the free chain (5.30).
         overdamped_modes: u32 = Events |run, _| {
             let damping = run.of_chain()?.scenario.slider.relative_damping;

@@ -55,6 +55,11 @@ impl Number {
         matches!(self.of, Of::Summary(_))
     }
 
+    /// The number of a summary that has it.
+    pub fn of_summary(self, summary: &Summary) -> Option<f64> {
+        if let Of::Summary(place) = self.of { summary.number(place) } else { None }
+    }
+
     /// Whether it counts events.
     pub fn is_count(self) -> bool {
         self.name().ends_with("_count")

@@ -53,11 +53,7 @@ impl Of {
     /// The number of a run.
     pub(crate) fn estimate(self, run: &RunData, near: Near) -> Result<Option<Estimate>, NotKept> {
         Ok(match self {
-            Of::Summary(place) => match &run.summary.values()[place] {
-                serde_json::Value::Bool(flag) => Some(f64::from(u8::from(*flag))),
-                value => value.as_f64(),
-            }
-            .map(Estimate::exact),
+            Of::Summary(place) => run.summary.number(place).map(Estimate::exact),
             Of::Events(of) => of(run, near),
             Of::Loads(of) => of(run, run.loads()?, near),
             Of::States(of) => of(run, run.states()?, near),

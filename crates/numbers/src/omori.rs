@@ -2,7 +2,7 @@
 
 use crate::distributions::half_band;
 use crate::estimate::Estimate;
-use crate::goodness::{DRAWS, Test, distance};
+use crate::goodness::{DRAWS, Test, critical, distance};
 
 /// Fewest aftershocks that the law is fitted to.
 pub const FEWEST_AFTERSHOCKS: usize = 50;
@@ -93,8 +93,8 @@ impl Aftershocks {
         let c = libm::exp(law.ln_c);
         let count = times.len() as f64;
         let statistic = distance(|time| law.survival(time), &times);
-        let test = Test::of_drawn(statistic, times.len(), draws, |count, share| {
-            let drawn: Vec<f64> = (0..count).map(|_| law.time(share())).collect();
+        let critical = critical(times.len(), draws, |count, random| {
+            let drawn: Vec<f64> = (0..count).map(|_| law.time(random.share())).collect();
             let fit = Law::of(&drawn);
             distance(|time| fit.survival(time), &drawn)
         });
@@ -105,7 +105,7 @@ impl Aftershocks {
             p: Estimate { value: law.p(), error: p_error },
             c_s: Estimate { value: c * self.window_s, error: c * c_error * self.window_s },
             k: count / self.main_shocks as f64 / integral,
-            test,
+            test: Test { statistic, critical },
         })
     }
 }

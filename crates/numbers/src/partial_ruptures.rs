@@ -9,16 +9,12 @@ use crate::rupture_numbers::front_speeds_m_per_s;
 /// Fewest blocks of a rupture that counts, as a share of the slider's.
 const FEWEST: f64 = 0.1;
 
-fn blocks(rupture: &Rupture) -> u32 {
-    rupture.slipped()
-}
-
-/// The ruptures that count, by their onsets; `None` where the log has none because it is too old.
+/// The ruptures that count, by their onsets; `None` where the log has no ruptures.
 fn counted(run: &RunEvents) -> Option<impl Iterator<Item = &Rupture>> {
     run.ruptures.as_ref()?;
     let fewest = FEWEST * f64::from(run.header.blocks);
     let ruptures = run.ruptures_by_onset().into_iter();
-    Some(ruptures.filter(move |rupture| f64::from(blocks(rupture)) >= fewest))
+    Some(ruptures.filter(move |rupture| f64::from(rupture.slipped()) >= fewest))
 }
 
 /// Those before the first that reached every block.
@@ -33,7 +29,7 @@ pub(crate) fn count(run: &RunEvents) -> Option<f64> {
 
 /// The share of the blocks that the largest of them has; 0 without any.
 pub(crate) fn largest_share(run: &RunEvents) -> Option<f64> {
-    let largest = before_global(run)?.map(blocks).max().unwrap_or(0);
+    let largest = before_global(run)?.map(Rupture::slipped).max().unwrap_or(0);
     Some(f64::from(largest) / f64::from(run.header.blocks))
 }
 

@@ -607,7 +607,7 @@ mod tests {
             let kept: Vec<u64> =
                 (0..10_010).filter(|step| states.at_precursor_end(*step).is_some()).collect();
             assert_eq!(kept, [5, 15, 5005]);
-            assert_eq!(states.largest_displacement_m(), Some(0.5));
+            assert_eq!(states.largest_displacement_m, Some(0.5));
             assert_eq!(states.near(24.6).unwrap().step, 25);
         }
     }

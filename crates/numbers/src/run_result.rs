@@ -31,22 +31,6 @@ pub struct RunOutcome {
 }
 
 impl RunResult {
-    /// The line, without its break.
-    ///
-    /// # Errors
-    /// If a number is none that JSON can hold.
-    pub fn to_json(&self) -> serde_json::Result<Vec<u8>> {
-        serde_json::to_vec(self)
-    }
-
-    /// Reads the line.
-    ///
-    /// # Errors
-    /// If it is not the result of a run.
-    pub fn from_json(line: &[u8]) -> serde_json::Result<RunResult> {
-        serde_json::from_slice(line)
-    }
-
     /// The first difference to another result of the run, with both values; none if tables would have the same of both.
     pub fn difference(&self, other: &RunResult) -> Option<String> {
         match (&self.outcome, &other.outcome) {
@@ -93,7 +77,7 @@ mod tests {
         };
         let failed = |reason: &str| of(Err(reason.to_owned()));
         let one = done(|_| ());
-        assert_eq!(RunResult::from_json(&one.to_json().unwrap()).unwrap(), one);
+        assert_eq!(serde_json::from_slice::<RunResult>(&serde_json::to_vec(&one).unwrap()).unwrap(), one);
         for (a, b, said) in [
             (
                 &one,

@@ -86,24 +86,16 @@ pub fn picked(
         });
     }
     let of = |sort: Sort| all.iter().filter(move |(_, of)| *of == sort).map(|(rupture, _)| *rupture);
-    match which {
-        None => Ok(None),
-        Some(RuptureSelector::FirstGlobalSlip) => match of(Sort::GlobalSlip).next() {
-            Some(rupture) => Ok(Some(rupture)),
-            None => Err(format!("run {} has no global slip", run.name)),
-        },
-        Some(RuptureSelector::Widest) => {
-            // Of several `max_by_key` would take the last.
-            let widest =
-                all.iter().rev().map(|(rupture, _)| *rupture).max_by_key(|rupture| rupture.slipped());
-            widest.map(Some).ok_or_else(|| format!("run {} has no ruptures", run.name))
-        }
+    let all = all.iter().map(|(rupture, _)| *rupture);
+    let (found, what) = match which {
+        None => return Ok(None),
+        Some(RuptureSelector::FirstGlobalSlip) => (of(Sort::GlobalSlip).next(), "global slip"),
+        // Of several `max_by_key` would take the last.
+        Some(RuptureSelector::Widest) => (all.rev().max_by_key(|rupture| rupture.slipped()), "ruptures"),
         // Each reaches farther than all before.
-        Some(RuptureSelector::LongestPrecursor) => match of(Sort::Precursor).next_back() {
-            Some(rupture) => Ok(Some(rupture)),
-            None => Err(format!("run {} has no precursor", run.name)),
-        },
-    }
+        Some(RuptureSelector::LongestPrecursor) => (of(Sort::Precursor).next_back(), "precursor"),
+    };
+    found.map(Some).ok_or_else(|| format!("run {} has no {what}", run.name))
 }
 
 /// The first step after a rupture, or the end of the run.

@@ -20,8 +20,10 @@ pub struct States {
     at_precursor_ends: Vec<FieldRecord>,
     near_s: Vec<(f64, Option<FieldRecord>)>,
     displacements: BTreeMap<u32, Vec<(f64, f64)>>,
-    largest_displacement_m: Option<f64>,
-    last_displacement_sum_m: Option<f64>,
+    /// The largest displacement of any block in any state, m.
+    pub largest_displacement_m: Option<f64>,
+    /// The sum of the displacements of all blocks in the last state, m.
+    pub(crate) last_displacement_sum_m: Option<f64>,
     keeps: bool,
     keeps_onsets: bool,
     /// States at onsets and ends since the last slip event.
@@ -90,14 +92,13 @@ impl States {
         if !self.keeps {
             return;
         }
+        let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
         if !self.any_slip {
-            let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
             self.at_first_onset = at_onset.cloned();
             self.any_slip = true;
         }
         let extends = self.growth.extends(slip.reach(), slip.blocks_slipped);
         if extends && self.keeps_onsets {
-            let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
             self.at_precursor_onsets.extend(at_onset.cloned());
         }
         if let Some(end_step) = slip.end_step.filter(|_| extends) {
@@ -147,15 +148,5 @@ impl States {
     /// Time, s, and displacement, m, in all states of one of the blocks that were asked for.
     pub fn displacement_of(&self, block: u32) -> &[(f64, f64)] {
         self.displacements.get(&block).map_or(&[], Vec::as_slice)
-    }
-
-    /// The largest displacement of any block in any state, m.
-    pub fn largest_displacement_m(&self) -> Option<f64> {
-        self.largest_displacement_m
-    }
-
-    /// The sum of the displacements of all blocks in the last state, m.
-    pub(crate) fn last_displacement_sum_m(&self) -> Option<f64> {
-        self.last_displacement_sum_m
     }
 }

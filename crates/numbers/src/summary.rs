@@ -1,7 +1,7 @@
 //! The summary: its keys, what they mean, in which unit, and behind `=` what each is computed of.
 
 use schemars::generate::SchemaSettings;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::estimate::line;
 use crate::key::summary;
@@ -319,6 +319,18 @@ impl Summary {
         // As it is written: no key is left out.
         let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
         generator.into_root_schema_for::<Summary>().to_value()
+    }
+
+    /// The value of each key, in the same order; null where the run does not determine it.
+    pub fn values(&self) -> Vec<Value> {
+        let mut all = json!(self);
+        Summary::KEYS.iter().map(|key| all[&*key.column.name].take()).collect()
+    }
+
+    /// The number of the key at a place, or 1 for a flag that is set.
+    pub(crate) fn number(&self, place: usize) -> Option<f64> {
+        let value = &self.values()[place];
+        value.as_f64().or_else(|| value.as_bool().map(|flag| f64::from(u8::from(flag))))
     }
 
     /// The row of a table: the values as JSON spells them, texts without their quotation marks, and

@@ -71,22 +71,10 @@ pub(crate) fn ahead_of_front_error(run: &RunEvents, states: &States) -> Option<E
 }
 
 /// None where nothing sticks, or the ends are not free: no length law is of it.
-fn points(run: &RunEvents, law: LengthLaw) -> Vec<PrecursorPoint> {
+pub(crate) fn points(run: &RunEvents, law: LengthLaw) -> Vec<PrecursorPoint> {
     let has_laws = run.has_free_ends().and(run.mu_d()).is_some();
     let precursors = if has_laws { precursors::alone(run) } else { Vec::new() };
     precursor_points(run, law, &precursors)
-}
-
-pub(crate) fn residual(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
-    rms_over_mu_d(run, &points(run, law))
-}
-
-pub(crate) fn slope_error(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
-    slope_error_of(&points(run, law))
-}
-
-pub(crate) fn intercept_error(run: &RunEvents, law: LengthLaw) -> Option<Estimate> {
-    intercept_error_of(run, &points(run, law))
 }
 
 /// Root mean square of the deviations of precursors from a law, over `mu_d`.
@@ -96,13 +84,13 @@ pub(crate) fn rms_over_mu_d(run: &RunEvents, points: &[PrecursorPoint]) -> Optio
 }
 
 /// Deviation of the slope of the straight line through precursors from that of the law.
-pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
+pub(crate) fn slope_error(points: &[PrecursorPoint]) -> Option<Estimate> {
     let [slope, _] = line_beside_law(points)?;
     Some(slope.distance_from(1.0))
 }
 
 /// Deviation of its intercept from that of the law, over `mu_d`.
-pub(crate) fn intercept_error_of(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
+pub(crate) fn intercept_error(run: &RunEvents, points: &[PrecursorPoint]) -> Option<Estimate> {
     let [_, intercept] = line_beside_law(points)?;
     Some(intercept.distance_from(0.0).over(run.mu_d()?))
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use asperity_figures::draw::of_study::{Drawer, Origins};
 use asperity_figures::{Figure, Kind};
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
-use asperity_numbers::Summary;
 use asperity_numbers::claims::{ClaimSpec, Measured};
 use asperity_record::{Cell, Column};
 use asperity_tables::Format;
@@ -213,14 +212,9 @@ impl Outputs<'_> {
             let refused = StudyError::refused(&self.folder.join(FILE));
             let (_, header) =
                 plan.scenario(row).map_err(|problem| refused(format!("run {run}: {problem}")))?;
-            let made = self.results.outcome(plan, run)?;
-            let values = made.and_then(Result::ok).map_or_else(Vec::new, |made| made.summary.values());
-            let number = |name: &str| {
-                let place = Summary::KEYS.iter().position(|key| key.column.name == name)?;
-                let value = values.get(place)?;
-                value.as_f64().or_else(|| value.as_bool().map(|flag| f64::from(u8::from(flag))))
-            };
-            let measured = Measured::of_summary(&pipeline.claim, &name, &number);
+            let made = self.results.outcome(plan, run)?.and_then(Result::ok);
+            let summary = made.as_ref().map(|made| &made.summary);
+            let measured = Measured::of_summary(&pipeline.claim, &name, summary);
             claimed.measured.insert(name, measured);
             claimed.headers.push(header);
         }

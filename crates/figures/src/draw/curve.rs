@@ -12,7 +12,8 @@ use super::sheet::{BLUE, Dash, GREY, INK, Layer, Panel, Pen, RED, Sheet};
 
 /// The figures of named curves: of one run, or of several in the order of their labels.
 pub(crate) trait OfCurves: Framed + Sync {
-    const CURVES: &'static NamedCurves;
+    /// The curves.
+    fn curves() -> &'static NamedCurves;
 
     /// Each run with what the legend calls it, where there may be several.
     fn labelled(&self) -> Vec<(Option<&str>, &str)>;
@@ -33,8 +34,9 @@ macro_rules! of_curves {
         }
 
         impl $crate::draw::curve::OfCurves for $kind {
-            const CURVES: &'static asperity_numbers::curve::NamedCurves =
-                &asperity_numbers::curve::NamedCurves::all()[asperity_numbers::curve::place($name)];
+            fn curves() -> &'static asperity_numbers::curve::NamedCurves {
+                asperity_numbers::curve::NamedCurves::find($name).expect("a kind is of curves that there are")
+            }
 
             fn labelled(&self) -> Vec<(Option<&str>, &str)> {
                 $crate::draw::curve::of_curves!(@labelled self $runs)
@@ -61,15 +63,15 @@ impl<F: OfCurves> Figure for F {
     }
 
     fn required_data(&self) -> RequiredData {
-        Self::CURVES.required_data(&self.keys())
+        Self::curves().required_data(&self.keys())
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        Ok((Self::CURVES.across(run), Self::CURVES.of(run, &self.keys())?))
+        Ok((Self::curves().across(run), Self::curves().of(run, &self.keys())?))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let NamedCurves { y, mut x, .. } = *Self::CURVES;
+        let NamedCurves { y, mut x, .. } = *Self::curves();
         let mut panels = vec![(Vec::new(), Vec::new()); y.len()];
         for (n, (of_run, run)) in self.labelled().into_iter().enumerate() {
             let (across, curves) = find(&parts, run)?;
@@ -86,7 +88,7 @@ impl<F: OfCurves> Figure for F {
                 measured[curve.axis] += usize::from(curve.role == Role::Measured);
                 let is_of_run = curve.label.is_empty() && curve.axis == 0 && curve.role != Role::Guide;
                 let label = of_run.filter(|_| is_of_run).unwrap_or(&curve.label);
-                let layer = layer(Self::CURVES.name, curve, Pen::nth(place, label));
+                let layer = layer(Self::curves().name, curve, Pen::nth(place, label));
                 if curve.role == Role::Remark { remarks } else { layers }.push(layer);
             }
         }

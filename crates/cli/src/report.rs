@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
+use asperity_numbers::Summarizer;
 use asperity_numbers::claim::Claim;
-use asperity_numbers::{Slider, Summarizer};
 use asperity_report::{
     Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
 };
@@ -179,7 +179,7 @@ fn run(
     let begin = |log: &OpenLog| {
         // A log that ends early, or was salvaged without its scenario, has no parameters.
         let (header, scenario) = (log.header(), log.needed_scenario()?);
-        let summarizer = Summarizer::new(name, header, Slider::of(scenario));
+        let summarizer = Summarizer::new(name, header, Some(scenario));
         shown = Some((header.clone(), scenario.clone()));
         Ok((summarizer, PageCollector::new(header.steps, header.contacts(), limits)))
     };

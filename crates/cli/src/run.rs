@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_files::{FileError, is_taken};
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_numbers::{Slider, Summarizer};
+use asperity_numbers::Summarizer;
 use asperity_run::{Begin, LeftError, LogTo, RunError, SolverKind, Task};
 use asperity_runlog::{LogError, RunReader, Unfinished, WriteError, partial_path};
 use clap::Args;
@@ -144,7 +144,7 @@ pub(crate) fn make(
     // Progress, and notes about the physics at the end.
     let mut observers = (
         board.run(&scenario.name, header.steps, scenario.time.duration_s),
-        Summarizer::new(&scenario.name, &header, Slider::of(scenario)),
+        Summarizer::new(&scenario.name, &header, Some(scenario)),
     );
     // Released, because the run locks it itself.
     drop(unfinished);

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Scenario, WRONG_FRONT};
-use asperity_numbers::{Slider, Summarizer, Summary, text};
+use asperity_numbers::{Summarizer, Summary, text};
 use asperity_record::counted;
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_tables::{CsvRows, Spelling};
@@ -205,6 +205,5 @@ fn of_log(run: &Path) -> Result<(Summary, Checked, Option<String>), Failure> {
 /// In words, if its scenario is invalid.
 pub(crate) fn begin(run: &Path, log: &OpenLog) -> Result<Summarizer, String> {
     // A log that ends early, or was salvaged without its scenario, has none.
-    let slider = log.scenario()?.map_or_else(Slider::default, Slider::of);
-    Ok(Summarizer::new(&name(run), log.header(), slider))
+    Ok(Summarizer::new(&name(run), log.header(), log.scenario()?))
 }

@@ -193,17 +193,24 @@ pub struct Runs {
     pub minus_spread: Vec<String>,
 }
 
+/// The run to measure, the one whose value is subtracted, and the lists of others, of each.
+type Measurement<'a> = (&'a String, Option<&'a String>, [&'a [String]; 2]);
+
 impl ClaimSpec {
+    /// What is measured for its judgement, and for that with the parameter set `as-stated`.
+    fn measurements(&self) -> impl Iterator<Item = Measurement<'_>> {
+        let own = (&self.run, self.minus.as_ref(), [&self.spread[..], &self.minus_spread]);
+        let second = self.as_stated.as_ref();
+        let second = second.map(|of| (&of.run, of.minus.as_ref(), [&of.spread[..], &of.minus_spread]));
+        [Some(own), second].into_iter().flatten()
+    }
+
     /// All runs that it speaks of.
     pub fn runs(&self) -> impl Iterator<Item = &str> {
-        let second = self.as_stated.as_ref();
-        let own = [Some(&self.run), self.minus.as_ref()].into_iter().flatten();
-        let own = own.chain(&self.spread).chain(&self.minus_spread);
-        let others = second.into_iter().flat_map(|runs| {
-            let pair = [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten();
-            pair.chain(&runs.spread).chain(&runs.minus_spread)
-        });
-        own.chain(others).map(String::as_str).filter(|run| !run.is_empty())
+        self.measurements()
+            .flat_map(|(run, minus, lists)| [run].into_iter().chain(minus).chain(lists.into_iter().flatten()))
+            .map(String::as_str)
+            .filter(|run| !run.is_empty())
     }
 
     /// What it reads of each of its runs.
@@ -288,9 +295,7 @@ impl ClaimSpec {
         if names_runs != self.at.is_empty() {
             return Err("needs run, or at without run, spread and minus".to_owned());
         }
-        let own = (&self.minus, &self.spread, &self.minus_spread);
-        let second = self.as_stated.as_ref().map(|runs| (&runs.minus, &runs.spread, &runs.minus_spread));
-        for (minus, spread, minus_spread) in [Some(own), second].into_iter().flatten() {
+        for (_, minus, [spread, minus_spread]) in self.measurements() {
             let needed = if minus.is_some() { spread.len() } else { 0 };
             if minus_spread.len() != needed {
                 return Err(format!(
@@ -339,13 +344,8 @@ impl Measured {
 pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Claim> {
     let judged = claims.iter().enumerate().map(|(index, claim)| {
         let measured = |run: &str| runs.get(run).and_then(|measured| measured.0[index]);
-        let own_runs = Runs {
-            run: claim.run.clone(),
-            minus: claim.minus.clone(),
-            spread: claim.spread.clone(),
-            minus_spread: claim.minus_spread.clone(),
-        };
-        let own = judge_in(claim, &own_runs, &measured);
+        let mut judgements = claim.measurements().map(|of| judge_in(claim, of, &measured));
+        let own = judgements.next().unwrap_or_default();
         Claim {
             about: claim.about.clone(),
             figures: claim.figures.clone(),
@@ -358,13 +358,17 @@ pub fn judge(claims: &[ClaimSpec], runs: &BTreeMap<&str, &Measured>) -> Vec<Clai
             own,
             kind: claim.kind,
             note: claim.note.clone(),
-            as_stated: claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured)),
+            as_stated: judgements.next(),
         }
     });
     judged.collect()
 }
 
-fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Estimate; 2]>) -> Judgement {
+fn judge_in(
+    claim: &ClaimSpec,
+    (run, minus, [spread, minus_spread]): Measurement<'_>,
+    measure: &dyn Fn(&str) -> Option<[Estimate; 2]>,
+) -> Judgement {
     let difference = |name: &String, minus: Option<&String>| match minus {
         None => Some(measure(name)?[0]),
         Some(other) => {
@@ -383,13 +387,13 @@ fn judge_in(claim: &ClaimSpec, of: &Runs, measure: &dyn Fn(&str) -> Option<[Esti
         rule,
         verdict,
     };
-    let own = difference(&of.run, of.minus.as_ref());
+    let own = difference(run, minus);
     let (range, rule) = claim.range();
-    if of.spread.is_empty() {
+    if spread.is_empty() {
         return judgement(own, rule, verdict(own, &range));
     }
-    let others = of.spread.iter().enumerate();
-    let others = others.filter_map(|(index, name)| difference(name, of.minus_spread.get(index)));
+    let others = spread.iter().enumerate();
+    let others = others.filter_map(|(index, name)| difference(name, minus_spread.get(index)));
     let mut draws: Vec<f64> = others.chain(own).map(|draw| draw.value).collect();
     draws.sort_by(f64::total_cmp);
     let middle = median_of(&draws);

@@ -7,11 +7,11 @@
 //!
 //! ```
 //! use asperity_record::RunHeader;
-//! use asperity_numbers::{Slider, Summarizer, Summary};
+//! use asperity_numbers::{Summarizer, Summary};
 //! use asperity_testkit::{quiet_step, run_header};
 //!
 //! let header = RunHeader { blocks: 10, time_step_s: 1e-7, steps: 20_000_000, ..run_header() };
-//! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
+//! let mut summarizer = Summarizer::new("mine", &header, None);
 //! summarizer.step(&quiet_step(20_000_000, 2.0, 0.25));
 //! let summary = summarizer.finish(true, None);
 //! assert_eq!((summary.precursor_count, summary.largest_ft_fn), (Some(0), Some(0.25)));
@@ -96,6 +96,6 @@ pub use rupture_numbers::{
     WIDE_BLOCKS, front_speed_m_per_s, front_speeds_m_per_s, radiated_energy_j, radiation_efficiency,
 };
 pub use statistics::{median, quantile};
-pub use summarizer::{Slider, Summarizer};
+pub use summarizer::Summarizer;
 pub use summary::Summary;
 pub use theory_residuals::AFFECTED_THRESHOLD;

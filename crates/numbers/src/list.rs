@@ -29,9 +29,10 @@ use crate::run_data::{Load, RunEvents};
 use crate::slow_slip;
 use crate::statistics::median;
 use crate::theory_residuals::{
-    affected_blocks, affected_blocks_error, affected_blocks_theory, affected_cut_off, ahead_of_front_error,
-    decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
-    onset_profile_error, points, ring_down_error, rms_over_mu_d, slope_error, time_to_reach,
+    AFFECTED_THRESHOLD, affected_blocks_error, affected_blocks_theory, affected_cut_off,
+    ahead_of_front_error, carrying, decaying_drive_onset_error, initial_shear_error, intercept_error,
+    largest, load_curve_error, onset_profile_error, points, ring_down_error, rms_over_mu_d, slope_error,
+    time_to_reach,
 };
 
 numbers! {
@@ -75,7 +76,10 @@ numbers! {
             Events |run, _| decaying_drive_onset_error(run.of_stuck_springs()?);
         /// Number of blocks, block 1 included, that carry more than 0.49 % of the force on block 1 when
         /// the first precursor starts; none over an area.
-        affected_blocks: u32 = States |run, states, _| run.of_one_row().and(affected_blocks(states));
+        affected_blocks: u32 = States |run, states, _| {
+            let tau_n = &run.of_one_row().and(states.at_first_onset())?.tangential_force_n;
+            Some(carrying(tau_n, AFFECTED_THRESHOLD))
+        };
         /// Number of affected blocks in the theory of the discrete chain; none without friction springs, as are
         /// the two errors below.
         affected_blocks_theory: u32 = Events |run, _| Some(affected_blocks_theory(run.of_stuck_springs()?));

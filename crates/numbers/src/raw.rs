@@ -13,19 +13,12 @@ const MISLEADING_CROSSINGS: f64 = 20.0;
 /// coincidences rather than ruptures.
 const MISLEADING_JOINED: f64 = 0.25;
 
-/// The beginning of a raw slip event.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Start {
-    pub(crate) onset_s: f64,
-    pub(crate) ft_fn: f64,
-}
-
 /// The accumulated data of raw slip events.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RawEvents {
     blocks: u32,
-    pub(crate) first: Option<Start>,
-    pub(crate) first_global: Option<Start>,
+    pub(crate) first: Option<SlipEvent>,
+    pub(crate) first_global: Option<SlipEvent>,
     pub(crate) count: u64,
     pub(crate) global: u64,
     /// Of completed events.
@@ -49,12 +42,11 @@ impl RawEvents {
 
     /// Adds a raw slip event.
     pub(crate) fn take(&mut self, slip: &SlipEvent) {
-        let start = Start { onset_s: slip.onset_s, ft_fn: slip.ft_fn_onset };
         self.count += 1;
-        self.first.get_or_insert(start);
+        self.first.get_or_insert_with(|| slip.clone());
         if slip.is_global(self.blocks) {
             self.global += 1;
-            self.first_global.get_or_insert(start);
+            self.first_global.get_or_insert_with(|| slip.clone());
         }
         match slip.end_s {
             Some(end_s) => {

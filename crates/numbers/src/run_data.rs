@@ -15,7 +15,7 @@ use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::required_data::{Film, RequiredData};
 use crate::states::States;
-use crate::summarizer::{Slider, Summarizer};
+use crate::summarizer::Summarizer;
 use crate::summary::Summary;
 
 /// A log that cannot be used.
@@ -371,7 +371,7 @@ impl Collector {
     pub fn new(name: &str, header: RunHeader, scenario: Scenario, required: RequiredData) -> Collector {
         let plan = Plan::new(&scenario);
         let states = States::new(header.blocks, &required);
-        let summarizer = Summarizer::new(name, &header, Slider::of(&scenario));
+        let summarizer = Summarizer::new(name, &header, Some(&scenario));
         let run = RunEvents {
             name: name.to_owned(),
             switches: vec![None; header.blocks as usize],

@@ -24,46 +24,6 @@ const CREEP_SHARE: f64 = 0.1;
 /// Fewest intervals between global ruptures whose second half shows the steady state.
 const FEWEST_INTERVALS: usize = 4;
 
-/// Properties of a slider beyond the header of its run.
-#[derive(Default)]
-pub struct Slider {
-    /// The area that a contact stands for, m2.
-    pub contact_area_m2: Option<f64>,
-    /// The law of precursor lengths for the scenario, and its parameters.
-    pub length_law: Option<(LengthLaw, LengthLawParameters)>,
-    /// Its plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
-    /// blocks have moved on average.
-    pub driven: Option<Box<Plan>>,
-}
-
-impl Slider {
-    /// The properties of a scenario's slider.
-    pub fn of(scenario: &Scenario) -> Slider {
-        let law = (LengthLaw::natural(scenario), LengthLawParameters::of(scenario));
-        // With both ends pulled, F_T is a difference; lattices have no such theory.
-        let plan = scenario.has_state().then(|| Plan::new(scenario));
-        let is_even = |plan: &Plan| {
-            let springs = &plan.drive.springs;
-            springs.len() == plan.blocks
-                && springs.iter().all(|spring| spring.stiffness_n_per_m == springs[0].stiffness_n_per_m)
-        };
-        Slider {
-            contact_area_m2: Some(contact_area_m2(scenario.scales().block_length_m, scenario)),
-            length_law: LengthLaw::is_for(scenario).then_some(law),
-            driven: plan.filter(is_even).map(Box::new),
-        }
-    }
-
-    /// The sum of the displacements of the blocks at a record of a step and its `F_T`, m.
-    fn displacement_m(&self, (step, driving_force_n): (u64, f64)) -> Option<f64> {
-        let plan = self.driven.as_ref()?;
-        let drive = &plan.drive;
-        let point_m = plan.drive_point_m(step, drive.hold_from_step.unwrap_or(u64::MAX));
-        let stretch_m = driving_force_n / drive.springs.first()?.stiffness_n_per_m;
-        Some(plan.blocks as f64 * point_m - stretch_m)
-    }
-}
-
 /// Receives a run in its order, and returns its [`Summary`].
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
@@ -71,7 +31,13 @@ impl Slider {
 pub struct Summarizer {
     pub(crate) name: String,
     pub(crate) header: RunHeader,
-    pub(crate) slider: Slider,
+    /// The area that a contact stands for, m2.
+    contact_area_m2: Option<f64>,
+    /// The law of precursor lengths for the scenario, and its parameters.
+    pub(crate) length_law: Option<(LengthLaw, LengthLawParameters)>,
+    /// The plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
+    /// blocks have moved on average.
+    driven: Option<Box<Plan>>,
     /// The step of the last record.
     pub(crate) last_step: u64,
     /// Step and `F_T` of the first and of the last record.
@@ -105,12 +71,25 @@ pub struct Summarizer {
 }
 
 impl Summarizer {
-    /// A summarizer for the run of this name.
-    pub fn new(name: &str, header: &RunHeader, slider: Slider) -> Summarizer {
+    /// A summarizer for the run of this name, with its scenario, if the log has that.
+    pub fn new(name: &str, header: &RunHeader, scenario: Option<&Scenario>) -> Summarizer {
+        let area_m2 = |scenario: &Scenario| contact_area_m2(scenario.scales().block_length_m, scenario);
+        let law = |of: &Scenario| {
+            LengthLaw::is_for(of).then(|| (LengthLaw::natural(of), LengthLawParameters::of(of)))
+        };
+        let plan = scenario.filter(|scenario| scenario.has_state()).map(Plan::new);
+        let is_even = |plan: &Plan| {
+            let springs = &plan.drive.springs;
+            springs.len() == plan.blocks
+                && springs.iter().all(|spring| spring.stiffness_n_per_m == springs[0].stiffness_n_per_m)
+        };
         Summarizer {
             name: name.to_owned(),
             header: header.clone(),
-            slider,
+            contact_area_m2: scenario.map(area_m2),
+            // With both ends pulled, F_T is a difference; lattices have no such theory.
+            length_law: scenario.and_then(law),
+            driven: plan.filter(is_even).map(Box::new),
             last_step: 0,
             driving_forces_n: None,
             energy: None,
@@ -231,7 +210,7 @@ impl Summarizer {
 
     /// `L_p / L` of the precursors, and `F_T / F_N` at the onset minus the length law.
     pub(crate) fn residuals(&self) -> Vec<(f64, f64)> {
-        let Some((law, parameters)) = &self.slider.length_law else { return Vec::new() };
+        let Some((law, parameters)) = &self.length_law else { return Vec::new() };
         let residual =
             |(rupture, lp_l): (&Rupture, f64)| (lp_l, rupture.ft_fn_onset - law.load_ratio(parameters, lp_l));
         let all = self.precursors().zip(self.lengths()).map(residual);
@@ -261,7 +240,7 @@ impl Summarizer {
     }
 
     pub(crate) fn over_area(&self, force_n: Option<f64>) -> Option<f64> {
-        force_n.zip(self.slider.contact_area_m2).map(|(force_n, area_m2)| force_n / area_m2)
+        force_n.zip(self.contact_area_m2).map(|(force_n, area_m2)| force_n / area_m2)
     }
 
     pub(crate) fn global_moment_n_m(&self) -> Option<f64> {
@@ -281,10 +260,18 @@ impl Summarizer {
         self.creep_front_block().is_some_and(|block| block >= WIDE_BLOCKS && f64::from(block) >= from)
     }
 
+    /// The sum of the displacements of the blocks at a record of a step and its `F_T`, m.
+    fn displacement_m(&self, (step, driving_force_n): (u64, f64)) -> Option<f64> {
+        let plan = self.driven.as_ref()?;
+        let point_m = plan.drive_point_m(step, plan.drive.hold_from_step.unwrap_or(u64::MAX));
+        let stretch_m = driving_force_n / plan.drive.springs.first()?.stiffness_n_per_m;
+        Some(plan.blocks as f64 * point_m - stretch_m)
+    }
+
     pub(crate) fn creep_ratio(&self) -> Option<f64> {
         // A log that was cut or lost records lacks ruptures, whose slip would count as creep.
         let is_all = self.has_ruptures && self.end.as_ref()?.status != RunStatus::Salvaged;
-        let [first_m, last_m] = self.driving_forces_n?.map(|force_n| self.slider.displacement_m(force_n));
+        let [first_m, last_m] = self.driving_forces_n?.map(|force_n| self.displacement_m(force_n));
         let slip_m = self.slip_m.filter(|_| is_all)?;
         finite(1.0 - slip_m / (last_m? - first_m?))
     }

@@ -40,10 +40,10 @@ summary! {
         }
         "First slip" {
             /// Time at which a block first slides, s; null if none did.
-            first_slip_s: Option<f64> = run.raw.first.map(|first| first.onset_s),
+            first_slip_s: Option<f64> = run.raw.first.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
             /// so that `F_T` is a difference.
-            first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.map(|first| first.ft_fn)),
+            first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.as_ref().map(|first| first.ft_fn_onset)),
         }
         "First slip of the whole slider" {
             /// Onset of the first rupture that reached every block, s; null if there is none.
@@ -63,10 +63,10 @@ summary! {
                 run.global.first().and_then(|first| run.speed_m_per_s(first)),
             /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
             /// to earlier slip, the onset is long before the slider slipped.
-            first_global_event_onset_s: Option<f64> = run.raw.first_global.map(|first| first.onset_s),
+            first_global_event_onset_s: Option<f64> = run.raw.first_global.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at the onset of that event.
             first_global_event_ft_fn: Option<f64> [unit = "1"] =
-                run.ratio(run.raw.first_global.map(|first| first.ft_fn)),
+                run.ratio(run.raw.first_global.as_ref().map(|first| first.ft_fn_onset)),
             /// Number of ruptures that reached every block.
             global_rupture_count: Option<u64> = run.known(run.global.len() as u64),
         }
@@ -82,7 +82,7 @@ summary! {
             /// The length law that applies to the scenario; null for slabs, sheets and bodies, for drives that
             /// pull both ways, where nothing drives, and where a prestress is no smaller than sliding friction,
             /// since nothing stops a front there.
-            length_law: Option<String> = run.slider.length_law.as_ref().map(|(law, _)| law.table_word()),
+            length_law: Option<String> = run.length_law.as_ref().map(|(law, _)| law.table_word()),
             /// Slope of the least-squares line through the residuals of the precursors, `F_T / F_N` at
             /// the onset minus the law, against `L_p / L`; null if there are fewer than three.
             length_law_slope_residual: Option<f64> [unit = "1"] =

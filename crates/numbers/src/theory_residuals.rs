@@ -18,9 +18,9 @@ pub(crate) fn time_to_reach(loads: &[Load], load_ratio: f64) -> Option<f64> {
     loads.iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
 }
 
-pub(crate) fn affected_blocks(states: &States) -> Option<f64> {
-    let tau = &states.at_first_onset()?.tangential_force_n;
-    Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
+/// How many blocks carry more than a share of the force on block 1.
+pub(crate) fn carrying(tau_n: &[f64], share: f64) -> f64 {
+    tau_n.iter().filter(|force_n| **force_n > share * tau_n[0]).count() as f64
 }
 
 /// The force on the block after the last affected one, over that on block 1: at this cut-off it no
@@ -47,10 +47,11 @@ pub(crate) fn affected_blocks_error(run: &RunEvents, states: &States) -> Option<
     let tau = &states.at_first_onset()?.tangential_force_n;
     let ratio = stiffness_ratio(run);
     // Three decades, a hundred cut-offs in each.
-    largest((1..=300).map(|n| 10f64.powf(-f64::from(n) / 100.0)).map(|threshold| {
-        let simulated = tau.iter().filter(|&&force| force > threshold * tau[0]).count();
-        simulated as f64 - f64::from(analytic::affected_blocks(ratio, threshold))
-    }))
+    largest(
+        (1..=300).map(|n| 10f64.powf(-f64::from(n) / 100.0)).map(|threshold| {
+            carrying(tau, threshold) - f64::from(analytic::affected_blocks(ratio, threshold))
+        }),
+    )
 }
 
 /// Relative deviation of the shear on the first block ahead of an arrested front from the `alpha p` of

@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::resolve;
-use asperity_numbers::{Slider, Summarizer, Summary, text};
+use asperity_model::{Scenario, resolve};
+use asperity_numbers::{Summarizer, Summary, text};
 use asperity_record::{
     Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
     SolverReport, StepRecord, unit_of,
@@ -24,14 +23,19 @@ fn header() -> RunHeader {
     RunHeader { blocks: 10, time_step_s: 1e-3, steps: 10_000, scales, ..run_header() }
 }
 
-fn slider() -> Slider {
-    let scenario = resolve("default", &["friction.dynamic_coefficient=0.5"]).unwrap();
-    let length_law = Some((LengthLaw::Linear, LengthLawParameters::of(&scenario)));
-    Slider { contact_area_m2: Some(2e-6), length_law, driven: None }
+/// Contacts of 2 mm by 1 mm, and the length law (5.57).
+fn scenario() -> Scenario {
+    let keys = [
+        "friction.dynamic_coefficient=0.5",
+        "slider.blocks=10",
+        "slider.length_m=0.018",
+        "slider.width_m=1e-3",
+    ];
+    resolve("default", &keys).unwrap()
 }
 
 fn summarizer() -> Summarizer {
-    Summarizer::new("mine", &header(), slider())
+    Summarizer::new("mine", &header(), Some(&scenario()))
 }
 
 fn seconds(step: u64) -> f64 {
@@ -153,7 +157,7 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
 #[test]
 fn only_fixed_steps_have_an_error_of_front_speeds() {
     let error_of = |header: &RunHeader| {
-        let mut run = Summarizer::new("front", header, slider());
+        let mut run = Summarizer::new("front", header, Some(&scenario()));
         run.rupture(&rupture(0, 1000, 1040, 1100, 8, 0.4));
         let found = run.finish(true, None);
         assert_near(found.front_speed_m_per_s, 4.0);
@@ -177,7 +181,7 @@ fn what_contacts_radiated_is_that_of_the_last_record() {
 }
 
 /// Ten blocks by rate-and-state friction, with drive springs of 1 N/m each whose point moves at 1 mm/s.
-fn with_state(keys: &[&str]) -> Slider {
+fn with_state(keys: &[&str]) -> Scenario {
     let usual = [
         "slider.blocks=10",
         "friction.evolution_offsets=[]",
@@ -186,15 +190,15 @@ fn with_state(keys: &[&str]) -> Slider {
         "time.step_s=1e-3",
         "time.duration_s=10",
     ];
-    Slider::of(&resolve("rate-and-state", &[&usual[..], keys].concat()).unwrap())
+    resolve("rate-and-state", &[&usual[..], keys].concat()).unwrap()
 }
 
 /// The drive point moves by 9 mm and its springs shorten by 1 mm, so that the blocks move by 10 mm on average. One
 /// rupture moves all ten by 2 mm, another five of them.
 #[test]
 fn creep_is_what_moves_outside_of_ruptures() {
-    let creep_ratio = |slider: Slider, last: &Rupture, has_ruptures: bool, status: Option<RunStatus>| {
-        let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, slider);
+    let creep_ratio = |scenario: Scenario, last: &Rupture, has_ruptures: bool, status: Option<RunStatus>| {
+        let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, Some(&scenario));
         let of_force = |step: u64, driving_force_n: f64| StepRecord {
             driving_force_n,
             ..quiet_step(step, seconds(step), 0.4)
@@ -209,8 +213,8 @@ fn creep_is_what_moves_outside_of_ruptures() {
     let whole = Some(RunStatus::Complete);
     assert_near(creep_ratio(with_state(&[]), &last, true, whole), 1.0 - 30e-3 / 100e-3);
     let sliding = Rupture { mean_slip_m: None, ..last.clone() };
-    let other = Slider::of(&resolve("default", &["slider.blocks=10"]).unwrap());
-    for (slider, last, from, status, why) in [
+    let other = resolve("default", &["slider.blocks=10"]).unwrap();
+    for (scenario, last, from, status, why) in [
         (with_state(&[]), &last, false, whole, "without ruptures"),
         (with_state(&[]), &sliding, true, whole, "a block slid at the end"),
         (with_state(&["drive.kind=side"]), &last, true, whole, "one block is pulled"),
@@ -218,7 +222,7 @@ fn creep_is_what_moves_outside_of_ruptures() {
         (with_state(&[]), &last, true, None, "the log was cut"),
         (with_state(&[]), &last, true, Some(RunStatus::Salvaged), "the log lost records"),
     ] {
-        assert_eq!(creep_ratio(slider, last, from, status), None, "{why}");
+        assert_eq!(creep_ratio(scenario, last, from, status), None, "{why}");
     }
 }
 
@@ -285,7 +289,7 @@ fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
 #[test]
 fn over_an_area_lengths_are_columns_and_sizes_contacts() {
     let header = RunHeader { blocks: 20, rows: 2, ..header() };
-    let mut run = Summarizer::new("area", &header, Slider::default());
+    let mut run = Summarizer::new("area", &header, None);
     // Column 1 as a whole, then up to column 4; contact 15 stays.
     for (step, contacts) in [(99, vec![1, 11, 2]), (199, vec![12, 13, 3, 14, 4, 5])] {
         run.step(&detach(step, &contacts));
@@ -404,8 +408,7 @@ fn end(status: RunStatus, last_step: u64, counts: &[(&str, u64)]) -> RunEnd {
 
 /// A summary in which every key has a value.
 fn full() -> Summary {
-    let slider = Slider { driven: with_state(&[]).driven, ..slider() };
-    let mut run = Summarizer::new("mine", &header(), slider);
+    let mut run = summarizer();
     let energy = Energy { radiated_j: Some(0.5), ..Energy::default() };
     run.step(&StepRecord { energy, ..detach(99, &[1]) });
     run.step(&StepRecord { energy, ..quiet_step(9_999, 9.999, 0.4) });
@@ -420,6 +423,8 @@ fn full() -> Summary {
     // Of eight ruptures there is no law.
     assert_eq!(summary.gutenberg_richter_b, None);
     Summary {
+        // Of friction with a state, for which there is no length law.
+        creep_ratio: Some(0.5),
         completeness_magnitude: Some(-6.0),
         complete_rupture_count: Some(60),
         gutenberg_richter_b: Some(0.8),
@@ -435,7 +440,7 @@ fn full() -> Summary {
 fn what_the_grid_or_the_step_does_not_resolve_is_no_number() {
     let wave_m_per_s = header().scales.wave_speed_m_per_s();
     let of = |over_wave: f64, viscous_j: f64| {
-        let mut run = Summarizer::new("mine", &header(), slider());
+        let mut run = summarizer();
         run.rupture(&Rupture {
             front_speed_up_m_per_s: Some(over_wave * wave_m_per_s),
             drive_work_j: Some(1.0),
@@ -516,7 +521,7 @@ fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
         assert!(lines.iter().any(|found| found == line), "{line}\n{one}");
     }
     assert!(one.lines().all(|line| line.chars().count() <= 80), "{one}");
-    let mut empty = Summarizer::new("other", &header(), Slider::default());
+    let mut empty = Summarizer::new("other", &header(), None);
     empty.step(&quiet_step(1, 0.001, 0.1));
     let empty = empty.finish(true, None);
     let several = text::of_several([&full, &empty]);

@@ -10,7 +10,7 @@ use asperity_diff::sides::{self, PairBy};
 use asperity_diff::{Settings, compare, page, policy::Policy, summary};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::text;
-use asperity_numbers::{Slider, Summarizer};
+use asperity_numbers::Summarizer;
 use asperity_run::{OpenLog, Reading, Verdict, at_once};
 use pyo3::prelude::*;
 
@@ -80,8 +80,8 @@ fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
 fn read_log(path: &Path, watch: &Watch) -> PyResult<RunLog> {
     let begin = |log: &OpenLog| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let slider = log.scenario().map(|scenario| scenario.map_or_else(Slider::default, Slider::of));
-        let summarizer = slider.map(|slider| Summarizer::new(&name, log.header(), slider));
+        let scenario = log.scenario();
+        let summarizer = scenario.map(|scenario| Summarizer::new(&name, log.header(), scenario));
         Ok(Summarized::begin(log.header(), log.scenario_toml(), summarizer))
     };
     let Reading { checked, observer, has_ruptures } = read_within(watch, path, begin, Verdict::holds_all)?;

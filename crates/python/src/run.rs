@@ -9,7 +9,7 @@ use asperity_files::{better_name, is_taken};
 use asperity_model::{Scenario as Resolved, ScenarioSource};
 use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::run_data::Collector;
-use asperity_numbers::{Slider, Summarizer, Summary, text};
+use asperity_numbers::{Summarizer, Summary, text};
 use asperity_record::{Notice, Observer, Record, RunEnd, RunHeader, counted};
 use asperity_report::html::markup;
 use asperity_run::detectors::Settings;
@@ -184,8 +184,7 @@ fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult
     let begun = OnceLock::new();
     let read = read(py, &log, |watch, log| {
         let (header, scenario) = (log.header(), log.scenario()?);
-        let slider = scenario.map_or_else(Slider::default, Slider::of);
-        let numbers = Summarizer::new(&name, header, slider);
+        let numbers = Summarizer::new(&name, header, scenario);
         let tables = events::begin(&log.event_schemas(), header.parts());
         begun.get_or_init(|| (header.clone(), scenario.cloned()));
         Ok((numbers, (tables, Detectors { detectors, watch: Arc::clone(watch) })))
@@ -234,7 +233,7 @@ fn make(
     let callbacks = Callbacks::new(py, &name, progress, stop, header.steps)?;
     let made = attend(py, &callbacks, |watch| {
         let task = Task { solver, log: log.as_deref().map(LogTo::new), ..Task::new(&scenario) };
-        let numbers = Summarizer::new(&name, &header, Slider::of(&scenario));
+        let numbers = Summarizer::new(&name, &header, Some(&scenario));
         let tables = events::begin(&BTreeMap::new(), header.parts());
         let detectors = Detectors { detectors, watch: Arc::clone(watch) };
         let notes = Notes { watch: Arc::clone(watch), notes: Vec::new() };

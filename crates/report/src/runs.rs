@@ -400,7 +400,7 @@ pub(crate) fn links(links: &[Link]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use asperity_numbers::{Slider, Summarizer};
+    use asperity_numbers::Summarizer;
     use asperity_record::RunHeader;
 
     use super::in_short;
@@ -431,7 +431,7 @@ mod tests {
                 interfacial_stiffness_n_per_m: 2e6,
             },
         };
-        let mut summary = Summarizer::new("short", &header, Slider::default()).finish(true, None);
+        let mut summary = Summarizer::new("short", &header, None).finish(true, None);
         summary.first_global_rupture_onset_s = Some(2.3e-5);
         summary.simulated_s = 1e-4;
         let words = in_short(&summary);

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use asperity_files::create_folder;
 use asperity_model::Scenario;
-use asperity_numbers::{RunOutcome, RunResult, Slider, Summarizer};
+use asperity_numbers::{RunOutcome, RunResult, Summarizer};
 use asperity_record::{Event, Record, RunHeader, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
@@ -233,7 +233,7 @@ impl<'a> Making<'a> {
             label: plan.label(row.run),
             watcher: self.watcher,
             keeps: [Keep::Events, Keep::Ruptures].map(keeps),
-            summarizer: Summarizer::new(&row.run.to_string(), header, Slider::of(scenario)),
+            summarizer: Summarizer::new(&row.run.to_string(), header, Some(scenario)),
             slips: Vec::new(),
             ruptures: Vec::new(),
         };

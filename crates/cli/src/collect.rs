@@ -93,9 +93,8 @@ pub(crate) fn make(
             SweepTable::Csv => Format::Csv,
         };
         let formats: Vec<Format> = to.iter().map(format).collect();
-        let (paths, of_grid) = outputs.tables(&formats, out)?;
-        paths.iter().try_for_each(|path| say(path.display()))?;
-        beside = of_grid;
+        beside = outputs.tables(&formats, out)?;
+        beside.files.iter().try_for_each(|path| say(path.display()))?;
     }
     board.line(&results.in_words());
     if has_names {

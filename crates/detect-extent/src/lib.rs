@@ -19,7 +19,7 @@
 //! assert_eq!((slip.onset_step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
 //! ```
 
-use asperity_detect::{Change, Detector, Slip};
+use asperity_detect::{Change, Detector};
 use asperity_record::{BoundingBox, Event, EventKind, Parts, Reach, SlipEvent};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
@@ -35,39 +35,34 @@ impl Detector for ExtentDetector {
     }
 
     fn slip(&mut self, change: &Change, emit: &mut dyn FnMut(Event)) {
-        if let Change::Ended(slip) = change {
-            emit(Event::new(event(slip, self.parts)));
-        }
-    }
-}
-
-fn event(slip: &Slip, parts: Parts) -> SlipEvent {
-    let BoundingBox { columns: Reach { first, last }, rows } =
-        slip.extent.bounding_box().expect("a slip event has a block that slid");
-    let rows = parts.area.then_some(rows);
-    let (onset, end) = (slip.onset.junctions, slip.end.and_then(|end| end.junctions));
-    SlipEvent {
-        onset_s: slip.onset.time_s,
-        end_s: slip.end.map(|end| end.time_s),
-        first_block: first,
-        last_block: last,
-        max_sliding: slip.max_sliding,
-        ft_fn_onset: slip.onset.load_ratio,
-        ft_fn_end: slip.end.map(|end| end.load_ratio),
-        event: slip.onset.event,
-        onset_step: slip.onset.step,
-        end_step: slip.end.map(|end| end.step),
-        blocks_slipped: slip.extent.count(),
-        nucleation_block: slip.onset.nucleation.block,
-        ft_fn_min: slip.min_load_ratio,
-        ft_fn_max: slip.max_load_ratio,
-        open: slip.end.is_none(),
-        breaks_onset: onset.map(|totals| totals.breaks),
-        breaks_end: end.map(|totals| totals.breaks),
-        repins_onset: onset.map(|totals| totals.repins),
-        repins_end: end.map(|totals| totals.repins),
-        peak_velocity_m_per_s: slip.peak_velocity_m_per_s,
-        first_across: rows.map(|rows| rows.first),
-        last_across: rows.map(|rows| rows.last),
+        let Change::Ended(slip) = change else { return };
+        let BoundingBox { columns: Reach { first, last }, rows } =
+            slip.extent.bounding_box().expect("a slip event has a block that slid");
+        let rows = self.parts.area.then_some(rows);
+        let (onset, end) = (slip.onset.junctions, slip.end.and_then(|end| end.junctions));
+        emit(Event::new(SlipEvent {
+            onset_s: slip.onset.time_s,
+            end_s: slip.end.map(|end| end.time_s),
+            first_block: first,
+            last_block: last,
+            max_sliding: slip.max_sliding,
+            ft_fn_onset: slip.onset.load_ratio,
+            ft_fn_end: slip.end.map(|end| end.load_ratio),
+            event: slip.onset.event,
+            onset_step: slip.onset.step,
+            end_step: slip.end.map(|end| end.step),
+            blocks_slipped: slip.extent.count(),
+            nucleation_block: slip.onset.nucleation.block,
+            ft_fn_min: slip.min_load_ratio,
+            ft_fn_max: slip.max_load_ratio,
+            open: slip.end.is_none(),
+            breaks_onset: onset.map(|totals| totals.breaks),
+            breaks_end: end.map(|totals| totals.breaks),
+            repins_onset: onset.map(|totals| totals.repins),
+            repins_end: end.map(|totals| totals.repins),
+            peak_velocity_m_per_s: slip.peak_velocity_m_per_s,
+            first_across: rows.map(|rows| rows.first),
+            last_across: rows.map(|rows| rows.last),
+        }));
     }
 }

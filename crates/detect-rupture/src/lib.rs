@@ -127,7 +127,42 @@ impl Detector for ArrivalDetector {
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
-        arrivals(slipped, &self.links, self.contacts, emit);
+        let ArrivalDetector { links: Links { time_grid, spacing_m, .. }, contacts } = *self;
+        let is_area = contacts.is_area();
+        for (&block, passage) in &slipped.blocks {
+            let towards = match block.cmp(&slipped.nucleation_block) {
+                std::cmp::Ordering::Less => Some(block + 1),
+                std::cmp::Ordering::Equal => None,
+                std::cmp::Ordering::Greater => Some(block - 1),
+            };
+            let arrival_s = time_grid.time_s(passage.arrival_step);
+            let slip_m = passage.slip_m();
+            // Block numbers are positions along a front only in a single row.
+            let took_s = towards
+                .filter(|_| !is_area)
+                .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
+            emit(Event::new(Arrival {
+                rupture: slipped.rupture,
+                block,
+                arrival_s,
+                stop_s: passage.stop.map(|stop| time_grid.time_s(stop.step)),
+                arrival_step: passage.arrival_step,
+                stop_step: passage.stop.map(|stop| stop.step),
+                detachments: passage.detachments,
+                slip_m: slip_m.map(|[along_m, _]| along_m),
+                force_detach_n: passage.force_detach_n,
+                force_attach_n: passage.stop.map(|stop| stop.force_n),
+                front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
+                force_before_n: passage.states_n.map(|[before_n, _]| before_n),
+                force_after_n: passage.states_n.map(|[_, after_n]| after_n),
+                column: is_area.then(|| contacts.column(block)),
+                across: is_area.then(|| contacts.row(block)),
+                slip_across_m: slip_m.filter(|_| is_area).map(|[_, across_m]| across_m),
+                local_speed_m_per_s: is_area
+                    .then(|| local_speed_m_per_s(slipped, &self.links, contacts, block))
+                    .flatten(),
+            }));
+        }
     }
 }
 
@@ -250,43 +285,4 @@ fn local_speed_m_per_s(slipped: &Slipped, links: &Links, contacts: Contacts, con
     let steps_per_spacing = magnitude(front::gradient(&around)?);
     let spacing_s = steps_per_spacing * links.time_grid.step_s();
     (spacing_s > 0.0).then(|| links.spacing_m / spacing_s)
-}
-
-fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn FnMut(Event)) {
-    let Links { time_grid, spacing_m, .. } = *links;
-    let is_area = contacts.is_area();
-    for (&block, passage) in &slipped.blocks {
-        let towards = match block.cmp(&slipped.nucleation_block) {
-            std::cmp::Ordering::Less => Some(block + 1),
-            std::cmp::Ordering::Equal => None,
-            std::cmp::Ordering::Greater => Some(block - 1),
-        };
-        let arrival_s = time_grid.time_s(passage.arrival_step);
-        let slip_m = passage.slip_m();
-        // Block numbers are positions along a front only in a single row.
-        let took_s = towards
-            .filter(|_| !is_area)
-            .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
-        emit(Event::new(Arrival {
-            rupture: slipped.rupture,
-            block,
-            arrival_s,
-            stop_s: passage.stop.map(|stop| time_grid.time_s(stop.step)),
-            arrival_step: passage.arrival_step,
-            stop_step: passage.stop.map(|stop| stop.step),
-            detachments: passage.detachments,
-            slip_m: slip_m.map(|[along_m, _]| along_m),
-            force_detach_n: passage.force_detach_n,
-            force_attach_n: passage.stop.map(|stop| stop.force_n),
-            front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
-            force_before_n: passage.states_n.map(|[before_n, _]| before_n),
-            force_after_n: passage.states_n.map(|[_, after_n]| after_n),
-            column: is_area.then(|| contacts.column(block)),
-            across: is_area.then(|| contacts.row(block)),
-            slip_across_m: slip_m.filter(|_| is_area).map(|[_, across_m]| across_m),
-            local_speed_m_per_s: is_area
-                .then(|| local_speed_m_per_s(slipped, links, contacts, block))
-                .flatten(),
-        }));
-    }
 }

@@ -136,7 +136,7 @@ impl Detectors {
     #[must_use]
     pub fn with_spring_factors(mut self, factors: Vec<f64>) -> Detectors {
         if let Some(ruptures) = &mut self.ruptures {
-            ruptures.set_spring_factors(factors);
+            ruptures.spring_factors = factors;
         }
         self
     }
@@ -176,7 +176,7 @@ impl Detectors {
 
     /// Ends the run: passes events that are still open to `emit`, flagged as such.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        self.slips.finish(&mut self.changes);
+        self.slips.conclude(&mut self.changes);
         if let Some(ruptures) = &mut self.ruptures {
             ruptures.finish(&mut self.slipped);
         }

@@ -28,7 +28,7 @@ pub struct RuptureTracker {
     farthest: Option<u32>,
     ruptures: u64,
     /// Stiffness of each contact's friction spring over their mean; empty where all are alike.
-    spring_factors: Vec<f64>,
+    pub(crate) spring_factors: Vec<f64>,
     /// Certain ruptures in order, from the first on whose state at the end may still come: records of states follow
     /// that of their step.
     held: VecDeque<Held>,
@@ -281,11 +281,6 @@ impl RuptureTracker {
             spring_factors: Vec::new(),
             held: VecDeque::new(),
         }
-    }
-
-    /// Weights the stretch of each contact's friction spring with its stiffness over the mean one.
-    pub(crate) fn set_spring_factors(&mut self, factors: Vec<f64>) {
-        self.spring_factors = factors;
     }
 
     /// Processes the next record, and adds the ruptures that are now certain and wait for no state to `slipped`.

@@ -183,11 +183,6 @@ impl SlipTracker {
         }
     }
 
-    /// Ends the run, and appends the event that is still open.
-    pub fn finish(&mut self, changes: &mut Vec<Change>) {
-        self.conclude(changes);
-    }
-
     /// Reports the open event once it is large enough to count.
     fn count(&mut self, changes: &mut Vec<Change>) {
         let Some(slip) = self.open.as_mut().filter(|_| !self.counts) else { return };
@@ -199,7 +194,8 @@ impl SlipTracker {
         }
     }
 
-    fn conclude(&mut self, changes: &mut Vec<Change>) {
+    /// Appends the event that is still open: it is over, or the run ends.
+    pub fn conclude(&mut self, changes: &mut Vec<Change>) {
         if let Some(slip) = self.open.take()
             && std::mem::take(&mut self.counts)
         {

@@ -82,16 +82,11 @@ impl Test {
 /// The critical value for a sample of that size, given how far a drawn one is from its own fit.
 pub(crate) fn critical(count: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let drawn = count.min(LARGEST);
-    critical_of_drawn(drawn, draws, distance) * (drawn as f64 / count as f64).sqrt()
-}
-
-/// The critical value for a sample that is no larger than those drawn.
-fn critical_of_drawn(drawn: usize, draws: usize, distance: impl Fn(usize, &mut Random) -> f64) -> f64 {
     let mut random = Random(0);
     let mut distances: Vec<f64> = (0..draws).map(|_| distance(drawn, &mut random)).collect();
     distances.sort_by(f64::total_cmp);
     let rank = ((1.0 - LEVEL) * (draws + 1) as f64).round() as usize;
-    distances[rank - 1]
+    distances[rank - 1] * (drawn as f64 / count as f64).sqrt()
 }
 
 /// The critical value for a number of times. It depends on nothing else, so each is computed once in a process.
@@ -99,7 +94,7 @@ fn critical_of_times(count: usize, law: TimeLaw) -> f64 {
     static FOUND: [[OnceLock<f64>; LARGEST + 1]; 4] = [const { [const { OnceLock::new() }; LARGEST + 1] }; 4];
     let drawn = count.min(LARGEST);
     let found = FOUND[law as usize][drawn].get_or_init(|| {
-        critical_of_drawn(drawn, DRAWS, |count, random| {
+        critical(drawn, DRAWS, |count, random| {
             let drawn: Vec<f64> = (0..count).map(|_| random.time(law)).collect();
             TimeFit::of(&drawn, law).map_or(0.0, |fit| from_times(&fit, &drawn))
         })

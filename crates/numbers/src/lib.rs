@@ -25,11 +25,24 @@
 //! the statements of a text.
 //!
 //! ```
+//! use asperity_model::{Scenario, ScenarioSource};
 //! use asperity_numbers::{Number, precursors};
-//! use asperity_numbers::run_data::RunData;
+//! use asperity_numbers::required_data::RequiredData;
+//! use asperity_numbers::run_data::Collector;
+//! use asperity_record::Observer;
+//! use asperity_runlog::{LogItem, RunReader, Topics};
 //!
 //! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/complete.mcap");
-//! let run = RunData::read("complete", path.as_ref())?;
+//! let mut log = RunReader::open(path.as_ref(), Topics::ALL)?;
+//! let scenario = Scenario::resolve(&ScenarioSource::logged("scenario.toml", log.scenario_toml()))?;
+//! let mut collector = Collector::of_log("complete", log.header(), &scenario, RequiredData::all())?;
+//! while let Some(item) = log.next_item()? {
+//!     match item {
+//!         LogItem::Record(record) => collector.record(&record),
+//!         LogItem::Event(event) => collector.event(&event),
+//!     }
+//! }
+//! let run = collector.finish(true, log.end());
 //! for precursor in precursors::one_by_one(&run) {
 //!     let (length, load) = (precursor.length_ratio(run.columns()), precursor.start.ft_fn_onset);
 //!     println!("L_p/L = {length:.2} at F_T/F_N = {load:.3}");

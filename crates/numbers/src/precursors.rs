@@ -112,7 +112,11 @@ fn among_groups<'a>(
 ) -> Vec<Precursor<'a>> {
     let mut precursors = Vec::new();
     let mut growth = EventGrowth::new(run.header.blocks);
-    for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
+    let belongs_together = |before: &SlipEvent, next: &SlipEvent| {
+        let gap_s = before.end_s.map(|end_s| next.onset_s - end_s);
+        rules.merge_gap_s > 0.0 && gap_s.is_some_and(|gap_s| gap_s <= rules.merge_gap_s)
+    };
+    for group in run.slips.chunk_by(belongs_together) {
         let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
         let Some(reach) = Reach::over(group.iter().map(SlipEvent::reach)) else { continue };
         let blocks_slipped = match group {
@@ -146,10 +150,6 @@ pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a
         growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture);
     }
     growth.iter().map(|(_, rupture)| *rupture).filter(|one| one.slipped() >= rules.min_blocks).collect()
-}
-
-fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {
-    merge_gap_s > 0.0 && before.end_s.is_some_and(|end_s| next.onset_s - end_s <= merge_gap_s)
 }
 
 /// Distinct blocks that slid in steps from `onset_step` up to before `end_step`:

@@ -4,35 +4,17 @@
 //! by [`RequiredData`], in a form without unused fields.
 
 use std::ops::{Deref, DerefMut};
-use std::path::Path;
 
-use asperity_model::{NodeState, Plan, Scenario, ScenarioSource};
+use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
-    Arrival, Direction, Event, EventPayload, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture,
-    SlipEvent, StepRecord, WindowRecord,
+    Arrival, Direction, Event, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent,
+    StepRecord, WindowRecord,
 };
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::required_data::{Film, RequiredData};
 use crate::states::States;
 use crate::summarizer::Summarizer;
 use crate::summary::Summary;
-
-/// A log that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum UnreadRun {
-    /// It cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// It contains an invalid scenario.
-    #[error("{run}: {problem}")]
-    Run {
-        /// The run.
-        run: String,
-        /// The error.
-        problem: String,
-    },
-}
 
 /// The loads of a step record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -162,32 +144,6 @@ impl From<NotKept> for String {
 }
 
 impl RunData {
-    /// Reads a run log and keeps the inputs of all numbers.
-    ///
-    /// # Errors
-    /// If the log is damaged, incomplete, or its scenario invalid.
-    pub fn read(name: &str, path: &Path) -> Result<RunData, UnreadRun> {
-        let mut reader = RunReader::open(path, Topics::ALL)?;
-        // A log that ends early, or was salvaged without it, has no scenario.
-        let scenario = match reader.scenario_toml() {
-            "" => Err("it has no attachment `scenario.toml`".to_owned()),
-            toml => Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml))
-                .map_err(|errors| errors.to_string()),
-        };
-        let collector = scenario
-            .and_then(|scenario| Collector::of_log(name, reader.header(), &scenario, RequiredData::all()));
-        let mut collector =
-            collector.map_err(|problem| UnreadRun::Run { run: path.display().to_string(), problem })?;
-        while let Some(item) = reader.next_item()? {
-            match item {
-                LogItem::Record(record) => collector.record(&record),
-                LogItem::Event(event) => collector.event(&event),
-            }
-        }
-        let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
-        Ok(collector.finish(has_ruptures, reader.end()))
-    }
-
     fn if_kept<'a, T: ?Sized>(&self, kept: bool, what: &'static str, data: &'a T) -> Result<&'a T, NotKept> {
         if kept { Ok(data) } else { Err(NotKept { run: self.name.clone(), what }) }
     }
@@ -415,16 +371,6 @@ impl Collector {
             ));
         }
         Ok(Collector::new(name, header.clone(), scenario.clone(), required))
-    }
-
-    /// The run's name.
-    pub fn name(&self) -> &str {
-        &self.run.name
-    }
-
-    /// The planned number of steps.
-    pub fn steps(&self) -> u64 {
-        self.run.header.steps
     }
 
     /// Whether its drive pulls both ways.

@@ -112,15 +112,12 @@ impl Written {
         let Written { key, values, from, to, spacing, keys, rows, csv, sample, ranges, count, seed } = self;
         let range = from.is_some() || to.is_some();
         let mut axis = match (key, values, range, keys, rows, csv, sample) {
-            (Some(key), Some(values), false, None, None, None, None) => {
-                self.none_of(&[("count", count.is_some())])?;
-                Axis {
-                    keys: vec![key_of(key)?],
-                    rows: values.iter().map(|value| vec![value.clone()]).collect(),
-                    log: vec![false],
-                    joined: true,
-                }
-            }
+            (Some(key), Some(values), false, None, None, None, None) => Axis {
+                keys: vec![key_of(key)?],
+                rows: values.iter().map(|value| vec![value.clone()]).collect(),
+                log: vec![false],
+                joined: true,
+            },
             (Some(key), None, true, None, None, None, None) => {
                 let (Some(from), Some(to), Some(count)) = (*from, *to, *count) else {
                     return Err(format!(
@@ -163,28 +160,19 @@ impl Written {
             ("seed", seed.is_some() && sample.is_none()),
             ("count", count.is_some() && sample.is_none() && !range),
         ];
-        self.none_of(&needless)?;
-        axis.settle();
+        if let Some((name, _)) = needless.iter().find(|(_, given)| *given) {
+            return Err(format!("{name} has no effect here (accepted: {ACCEPTED})"));
+        }
+        // 100.0 is 100 for keys that are whole numbers.
+        for row in &mut axis.rows {
+            axis.keys.iter().zip(row).for_each(|(key, value)| *value = settled(key, value));
+        }
         axis.check()?;
         Ok(axis)
-    }
-
-    fn none_of(&self, needless: &[(&str, bool)]) -> Result<(), String> {
-        match needless.iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(format!("{name} has no effect here (accepted: {ACCEPTED})")),
-            None => Ok(()),
-        }
     }
 }
 
 impl Axis {
-    /// Reads `100.0` as 100 for keys that are whole numbers.
-    fn settle(&mut self) {
-        for row in &mut self.rows {
-            self.keys.iter().zip(row).for_each(|(key, value)| *value = settled(key, value));
-        }
-    }
-
     fn check(&self) -> Result<(), String> {
         let names = names(&self.keys);
         if self.keys.is_empty() {

@@ -55,7 +55,24 @@ impl Given {
         if path.is_dir() {
             return Ok(Given::of_folder(path));
         }
-        Given::of_file(path).map(|given| given.unwrap_or(Given::Other))
+        // A stream can be read only once, and the command will read it.
+        if !path.is_file() {
+            return Ok(Given::Other);
+        }
+        let mut file = open(path)?;
+        let mut bytes = Vec::new();
+        file.by_ref().take(MCAP.len() as u64).read_to_end(&mut bytes)?;
+        if bytes == MCAP {
+            return Ok(Given::Log);
+        }
+        if bytes.starts_with(PARQUET) {
+            return Ok(Given::Parquet);
+        }
+        let other =
+            if path.extension().is_some_and(|ending| ending == "toml") { Given::Toml } else { Given::Other };
+        file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes)?;
+        let text = String::from_utf8(bytes).ok();
+        Ok(text.and_then(|text| Given::of_toml(&text)).unwrap_or(other))
     }
 
     /// Looks at a path; a file that cannot be read is [`Given::Other`], for whoever opens it to report.
@@ -73,28 +90,6 @@ impl Given {
         } else {
             Given::Folder
         }
-    }
-
-    /// None if it is no file, or of no kind here.
-    fn of_file(path: &Path) -> io::Result<Option<Given>> {
-        // A stream can be read only once, and the command will read it.
-        if !path.is_file() {
-            return Ok(None);
-        }
-        let mut file = open(path)?;
-        let mut bytes = Vec::new();
-        file.by_ref().take(MCAP.len() as u64).read_to_end(&mut bytes)?;
-        if bytes == MCAP {
-            return Ok(Some(Given::Log));
-        }
-        if bytes.starts_with(PARQUET) {
-            return Ok(Some(Given::Parquet));
-        }
-        let is_toml = path.extension().is_some_and(|ending| ending == "toml");
-        file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes)?;
-        let text = String::from_utf8(bytes).ok();
-        let of_keys = text.and_then(|text| Given::of_toml(&text));
-        Ok(of_keys.or(is_toml.then_some(Given::Toml)))
     }
 
     fn of_toml(text: &str) -> Option<Given> {

@@ -55,7 +55,7 @@ impl Reproduction<'_> {
             let results = &making.make_missing(&plan, |run| run <= plan.numbered())?;
             let (provenance, watcher) = (self.provenance, self.watcher);
             let outputs = Outputs { plan: &plan, results, folder: out, provenance, watcher };
-            beside = outputs.tables(&[Format::Csv, Format::Parquet], None)?.1;
+            beside = outputs.tables(&[Format::Csv, Format::Parquet], None)?;
         }
         if jobs.is_empty() {
             return Ok(Vec::new());
@@ -226,12 +226,12 @@ impl Reducing<'_> {
     }
 
     fn passed(&self, job: &Job, mut passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
-        let at_s = passing.nodes_at_s();
+        let at_s = passing.collector.nodes_at_s();
         if !at_s.is_empty() {
             let told = |error| StudyError::Failed(format!("run {}: {error}", job.name));
             let mut nodes = Nodes::of_log(&job.log(self.runs_folder), u64::MAX, &at_s).map_err(told)?;
             while let Some(state) = nodes.next_state().map_err(told)? {
-                passing.nodes(state);
+                passing.collector.nodes(state);
             }
         }
         self.reduction.passed(passing, end)

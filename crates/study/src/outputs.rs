@@ -15,7 +15,7 @@ use crate::file::Keep;
 use crate::page::{self, StudyPage, claims_in, tables_in};
 use crate::pipeline::{Pipeline, REPORT};
 use crate::plan::{FILE, Plan};
-use crate::reduction::{Beside, Claimed, claim_files, write_claims};
+use crate::reduction::{Beside, claim_files, write_claims};
 use crate::results::Results;
 use crate::study::{Grid, Study};
 use crate::watch::Watcher;
@@ -53,15 +53,11 @@ struct Target<'a> {
 impl Outputs<'_> {
     /// Makes the tables in these formats, and the figures and claims that the study asks for, in its folder, or with the
     /// tables in another one; and, unless it has runs with names, whose page shows them, the page. All are replaced,
-    /// or none if something fails. Returns the files, and what outputs of named runs need of them.
+    /// or none if something fails. Returns what outputs of named runs need of them.
     ///
     /// # Errors
     /// If results contradict the plan or each other, or a file cannot be written.
-    pub fn tables(
-        &self,
-        formats: &[Format],
-        out: Option<&Path>,
-    ) -> Result<(Vec<PathBuf>, Beside), StudyError> {
+    pub fn tables(&self, formats: &[Format], out: Option<&Path>) -> Result<Beside, StudyError> {
         let own = out.unwrap_or(self.folder);
         let tables = out.map_or_else(|| self.folder.join(TABLES), Path::to_owned);
         create_folder(&tables)?;
@@ -73,9 +69,9 @@ impl Outputs<'_> {
             figures_in: &own.join(FIGURES),
             page: self.plan.common.runs.is_empty().then(|| own.join(REPORT)),
         };
-        let (paths, claimed) = self.make(Inputs::of([self.folder.join(FILE)]), &target)?;
+        let beside = self.make(Inputs::of([self.folder.join(FILE)]), &target)?;
         let figures = figures.iter().map(|figure| page::shown(self.plan, figure)).collect();
-        Ok((paths.clone(), Beside { figures, files: paths, claimed }))
+        Ok(Beside { figures, ..beside })
     }
 
     /// Draws the figures of the plan, or those of another file of the study, into its folder or another one. Returns the
@@ -104,7 +100,7 @@ impl Outputs<'_> {
             // The page shows the study's own tables and figures only.
             page: out.is_none().then(|| self.folder.join(REPORT)),
         };
-        Ok(self.make(Inputs::of([plan.as_path()].into_iter().chain(from)), &target)?.0)
+        Ok(self.make(Inputs::of([plan.as_path()].into_iter().chain(from)), &target)?.files)
     }
 
     /// The figures in the present version of the study's file.
@@ -131,13 +127,13 @@ impl Outputs<'_> {
     }
 
     /// Makes all outputs, or none if something fails.
-    fn make(&self, inputs: Inputs, target: &Target<'_>) -> Result<(Vec<PathBuf>, Claimed), StudyError> {
+    fn make(&self, inputs: Inputs, target: &Target<'_>) -> Result<Beside, StudyError> {
         let &Outputs { plan, results, provenance, watcher, .. } = self;
         let files = FileSet::new(Existing::Replace, inputs);
         let Target { formats, tables, figures, figures_in, page } = target;
         let mut passing = Passing {
             tables: TablesInProgress { files: &files, folder: tables, formats, tables: Vec::new() },
-            page: StudyPage::of(plan),
+            page: StudyPage::of(plan, figures, String::new(), provenance),
             drawer: Drawer::new(figures),
             watcher,
             done: 0,
@@ -164,11 +160,12 @@ impl Outputs<'_> {
                 drawer.draw(&scenario_of, &origins.unwrap_or_default(), provenance, &files, figures_in)?;
         }
         let pipeline = Pipeline::of_plan(plan, self.folder)?.filter(|pipeline| !pipeline.claim.is_empty());
-        let claimed = pipeline.as_ref().map_or(Ok(Claimed::default()), |pipeline| self.claimed(pipeline))?;
+        let mut beside =
+            pipeline.as_ref().map_or(Ok(Beside::default()), |pipeline| self.claimed(pipeline))?;
         let judged = match (&pipeline, page) {
             (Some(pipeline), Some(_)) if !formats.is_empty() => {
                 written.extend(claim_files(tables));
-                write_claims(pipeline, &claimed, &files, tables)?
+                write_claims(pipeline, &beside, &files, tables)?
             }
             // Runs with names have claims of their own, and figures alone do not change any.
             (_, Some(page)) => claims_in(page.parent().unwrap_or(Path::new("")))?,
@@ -185,19 +182,19 @@ impl Outputs<'_> {
                 // The existing file, if it is not redrawn.
                 asperity_files::read_if_there(&files.begun(&path).unwrap_or(path))
             };
-            let beside = page::Beside { figures, claims: judged, tables, way: "", provenance };
-            files.write(page, study_page.html(page, results, beside, &read)?)?;
+            files.write(page, study_page.html(page, results, judged, tables, &read)?)?;
             written.push(page.clone());
         }
         files.publish()?;
         written.extend(drawn);
         written.sort();
-        Ok((written, claimed))
+        beside.files = written;
+        Ok(beside)
     }
 
     /// Measures claims by the summaries of the runs that they name.
-    fn claimed(&self, pipeline: &Pipeline) -> Result<Claimed, StudyError> {
-        let mut claimed = Claimed::default();
+    fn claimed(&self, pipeline: &Pipeline) -> Result<Beside, StudyError> {
+        let mut beside = Beside::default();
         let plan = self.plan;
         for run in pipeline.claim.iter().flat_map(ClaimSpec::runs).filter_map(|run| run.parse::<u64>().ok()) {
             let row = run.checked_sub(1).and_then(|index| plan.rows.get(index as usize));
@@ -206,7 +203,7 @@ impl Outputs<'_> {
                 continue;
             };
             let name = run.to_string();
-            if claimed.measured.contains_key(&name) {
+            if beside.measured.contains_key(&name) {
                 continue;
             }
             let refused = StudyError::refused(&self.folder.join(FILE));
@@ -215,10 +212,10 @@ impl Outputs<'_> {
             let made = self.results.outcome(plan, run)?.and_then(Result::ok);
             let summary = made.as_ref().map(|made| &made.summary);
             let measured = Measured::of_summary(&pipeline.claim, &name, summary);
-            claimed.measured.insert(name, measured);
-            claimed.headers.push(header);
+            beside.measured.insert(name, measured);
+            beside.headers.push(header);
         }
-        Ok(claimed)
+        Ok(beside)
     }
 }
 

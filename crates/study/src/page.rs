@@ -37,15 +37,19 @@ const NUMBERS: [&str; 8] = [
 /// A page in progress, which receives its rows from the table of runs.
 pub(crate) struct StudyPage<'a> {
     plan: &'a Plan,
+    figures: &'a [Figure],
+    /// The relative link from the page to the folder of the study.
+    way: String,
+    /// Whether it names the code version of the runs.
+    provenance: bool,
     shown: Vec<usize>,
     columns: Vec<(String, Option<&'static str>)>,
     rows: Vec<Vec<Cell>>,
-    count: u64,
 }
 
 impl<'a> StudyPage<'a> {
-    pub(crate) fn of(plan: &'a Plan) -> StudyPage<'a> {
-        StudyPage { plan, shown: Vec::new(), columns: Vec::new(), rows: Vec::new(), count: 0 }
+    pub(crate) fn of(plan: &'a Plan, figures: &'a [Figure], way: String, provenance: bool) -> StudyPage<'a> {
+        StudyPage { plan, figures, way, provenance, shown: Vec::new(), columns: Vec::new(), rows: Vec::new() }
     }
 }
 
@@ -69,41 +73,24 @@ impl RowSink for StudyPage<'_> {
     }
 
     fn row(&mut self, table: &'static str, cells: &[Cell]) -> Result<(), StudyError> {
-        if table == RUNS {
-            self.count += 1;
-            if self.rows.len() < Sweep::ROWS {
-                self.rows.push(self.shown.iter().map(|&n| cells[n].clone()).collect());
-            }
+        if table == RUNS && self.rows.len() < Sweep::ROWS {
+            self.rows.push(self.shown.iter().map(|&n| cells[n].clone()).collect());
         }
         Ok(())
     }
 }
 
-/// What a page shows besides its rows.
-pub(crate) struct Beside<'a> {
-    /// Its figures.
-    pub(crate) figures: &'a [Figure],
-    /// Its claims.
-    pub(crate) claims: Vec<Claim>,
-    /// The tables that it links to.
-    pub(crate) tables: Vec<PathBuf>,
-    /// The relative link from the page to the folder of the study.
-    pub(crate) way: &'a str,
-    /// Whether it names the code version of the runs.
-    pub(crate) provenance: bool,
-}
-
 impl StudyPage<'_> {
-    /// Formats the page at a path; `read` reads figures.
+    /// Formats the page at a path, with links to tables; `read` reads figures.
     pub(crate) fn html(
         self,
         page: &Path,
         results: &Results,
-        beside: Beside<'_>,
+        claims: Vec<Claim>,
+        tables: Vec<PathBuf>,
         read: &ReadFile<'_, FileError>,
     ) -> Result<String, StudyError> {
-        let StudyPage { plan, columns, rows, count, .. } = self;
-        let Beside { figures, claims, tables, way, provenance } = beside;
+        let StudyPage { plan, figures, way, provenance, columns, rows, .. } = self;
         let varied = plan.common.keys.iter().enumerate().map(|(n, key)| {
             let mut values: Vec<String> = Vec::new();
             let mut known = BTreeSet::new();
@@ -128,7 +115,7 @@ impl StudyPage<'_> {
             state: results.in_words(),
             columns,
             rows,
-            row_count: count,
+            row_count: plan.numbered(),
             figures: figures
                 .iter()
                 .map(|figure| {
@@ -225,16 +212,10 @@ pub fn of_folder(
     provenance: bool,
 ) -> Result<String, StudyError> {
     files.add_inputs(inputs(folder, plan)?)?;
-    let mut made = StudyPage::of(plan);
+    let mut made = StudyPage::of(plan, &plan.common.figures, relative_link(page, folder), provenance);
     collect(plan, results, &mut made)?;
-    let beside = Beside {
-        figures: &plan.common.figures,
-        claims: claims_in(folder)?,
-        tables: tables_in(folder)?,
-        way: &relative_link(page, folder),
-        provenance,
-    };
-    made.html(page, results, beside, &|file: &str| asperity_files::read_if_there(&folder.join(file)))
+    let read = |file: &str| asperity_files::read_if_there(&folder.join(file));
+    made.html(page, results, claims_in(folder)?, tables_in(folder)?, &read)
 }
 
 /// The files of a study that a page uses or links to: plan, results, tables and pictures.

@@ -43,7 +43,7 @@ pub(crate) const CLAIMS: &str = "claims";
 pub(crate) const CLAIMS_PAGE: &str = "claims.md";
 
 /// Finds the runs over axes with given values of keys, each `key=value`.
-pub type At<'a> = &'a dyn Fn(&[String]) -> Result<Vec<u64>, String>;
+pub(crate) type At<'a> = &'a dyn Fn(&[String]) -> Result<Vec<u64>, String>;
 
 impl Pipeline {
     /// Parses the text of a study, and checks that it speaks of no run that it does not have.
@@ -51,16 +51,7 @@ impl Pipeline {
     /// # Errors
     /// In words, with line and column if the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
-        Pipeline::beside(text, 0, &|_| Ok(Vec::new()))
-    }
-
-    /// Parses the text of a study beside a number of runs over axes, where `at` finds those with given
-    /// values of keys.
-    ///
-    /// # Errors
-    /// In words, with line and column if the TOML is at fault.
-    pub fn beside(text: &str, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
-        Pipeline::unchecked(text)?.checked(numbered, at)
+        Pipeline::unchecked(text)?.checked(0, &|_| Ok(Vec::new()))
     }
 
     /// The outputs of the study of a plan in a folder, if it requests more than the tables of runs over axes.
@@ -77,7 +68,8 @@ impl Pipeline {
         pipeline.map(Some).map_err(StudyError::refused(&folder.join(plan::FILE)))
     }
 
-    /// The study, if it speaks of no run that it does not have.
+    /// The study beside a number of runs over axes, where `at` finds those with given values of keys, if it speaks of no
+    /// run that it does not have.
     pub(crate) fn checked(mut self, numbered: u64, at: At<'_>) -> Result<Pipeline, String> {
         self.check(numbered)?;
         for claim in self.claim.iter_mut().filter(|claim| !claim.at.is_empty()) {
@@ -253,7 +245,7 @@ mod tests {
                 "title = \"t\"\n[[claim]]\nabout = \"a\"\nquote = \"q\"\nrun = \"2\"\nminus = \"1\"\nstated = \"1\"\n\
                  measure = \"{measure}\"\npower_of = \"{power_of}\"\n"
             );
-            Pipeline::beside(&text, 2, &|_| Ok(Vec::new())).err()
+            Pipeline::unchecked(&text).unwrap().checked(2, &|_| Ok(Vec::new())).err()
         };
         let (summary, log) = ("event_count", "coefficient_ratio");
         assert_eq!(refused(summary, summary), None);

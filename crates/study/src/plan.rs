@@ -364,18 +364,14 @@ fn check_version(line: &str) -> Result<(), String> {
 impl Row {
     /// A run with the scenario that was resolved for it, or the reason why it is refused.
     fn of(run: u64, values: Vec<Cell>, resolved: Result<Scenario, String>) -> Row {
-        match resolved {
-            Ok(scenario) => Row {
-                run,
-                values,
-                id: Some(Task::new(&scenario).header().run_id),
-                refused: None,
-                warnings: scenario.warnings(),
-                preview: Some(scenario.preview()),
-            },
-            Err(reason) => {
-                Row { run, values, id: None, refused: Some(reason), warnings: Vec::new(), preview: None }
-            }
+        let scenario = resolved.as_ref().ok();
+        Row {
+            run,
+            values,
+            id: scenario.map(|scenario| Task::new(scenario).header().run_id),
+            warnings: scenario.map(Scenario::warnings).unwrap_or_default(),
+            preview: scenario.map(Scenario::preview),
+            refused: resolved.err(),
         }
     }
 

@@ -10,8 +10,8 @@ use std::sync::Mutex;
 
 use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
-use asperity_model::{NodeState, Scenario};
 use asperity_numbers::Summary;
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};
@@ -49,14 +49,7 @@ pub struct Beside {
     pub figures: Vec<Shown>,
     /// All files.
     pub files: Vec<PathBuf>,
-    /// Measured values for claims about runs over axes.
-    pub claimed: Claimed,
-}
-
-/// Measured values for claims about runs.
-#[derive(Debug, Clone, Default)]
-pub struct Claimed {
-    /// By the name or number of the run.
+    /// Measured values for claims, by the name or number of the run.
     pub measured: BTreeMap<String, Measured>,
     /// A description of these runs.
     pub headers: Vec<RunHeader>,
@@ -73,15 +66,15 @@ pub fn claim_files(tables: &Path) -> impl Iterator<Item = PathBuf> {
 /// If a file cannot be written.
 pub fn write_claims(
     pipeline: &Pipeline,
-    claimed: &Claimed,
+    beside: &Beside,
     files: &FileSet,
     tables: &Path,
 ) -> Result<Vec<Claim>, StudyError> {
-    let measured = claimed.measured.iter().map(|(name, measured)| (name.as_str(), measured)).collect();
+    let measured = beside.measured.iter().map(|(name, measured)| (name.as_str(), measured)).collect();
     let judged = claims::judge(&pipeline.claim, &measured);
     let table = Table::of(CLAIMS, &judged, &claim::columns(&judged));
     table_files::write(files, tables, CLAIMS, table)?;
-    let headers: Vec<&RunHeader> = claimed.headers.iter().collect();
+    let headers: Vec<&RunHeader> = beside.headers.iter().collect();
     let page = claims::markdown(&pipeline.title, &pipeline.claim, &judged, &headers);
     files.write(&tables.join(CLAIMS_PAGE), page)?;
     Ok(judged)
@@ -101,24 +94,12 @@ struct Passed {
 
 /// A run that is going by.
 pub struct Passing {
-    collector: Collector,
+    /// Nodes at the times for which it asks must be given to it before [`Reduction::passed`].
+    pub(crate) collector: Collector,
     loads: LoadTable,
     page: PageCollector,
     /// The first failure to write the load table.
     written: Result<(), TableFileError>,
-}
-
-impl Passing {
-    /// The times at which all nodes of the run are wanted, s, once it has gone by: they must be given before
-    /// [`Reduction::passed`].
-    pub fn nodes_at_s(&self) -> Vec<f64> {
-        self.collector.nodes_at_s()
-    }
-
-    /// The nodes at one of them.
-    pub fn nodes(&mut self, nodes: NodeState) {
-        self.collector.nodes(nodes);
-    }
 }
 
 impl Observer for Passing {
@@ -164,12 +145,12 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a table cannot be written.
     pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
-        let contacts = header.contacts();
+        let (contacts, steps) = (header.contacts(), header.steps);
         let collector = Collector::new(run, header, scenario, self.pipeline.required_data(run));
-        let name = table_of(collector.name(), "load");
+        let name = table_of(run, "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         let limits = Limits::of_runs(self.pipeline.runs.len());
-        let page = PageCollector::new(collector.steps(), contacts, limits);
+        let page = PageCollector::new(steps, contacts, limits);
         Ok(Passing { collector, loads, page, written: Ok(()) })
     }
 
@@ -241,7 +222,7 @@ impl<'a> Reduction<'a> {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn finish(self, beside: Beside) -> Result<Vec<Summary>, StudyError> {
+    pub fn finish(self, mut beside: Beside) -> Result<Vec<Summary>, StudyError> {
         let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let write = |table: Table| table_files::write(&files, &folder, &table.name.clone(), table);
@@ -262,10 +243,9 @@ impl<'a> Reduction<'a> {
         }
         let mut judged = Vec::new();
         if !pipeline.claim.is_empty() {
-            let mut claimed = beside.claimed;
-            claimed.measured.extend(runs.iter().map(|(name, run)| (name.clone(), run.measured.clone())));
-            claimed.headers.extend(runs.values().map(|run| run.shown.header.clone()));
-            judged = write_claims(pipeline, &claimed, &files, &folder)?;
+            beside.measured.extend(runs.iter().map(|(name, run)| (name.clone(), run.measured.clone())));
+            beside.headers.extend(runs.values().map(|run| run.shown.header.clone()));
+            judged = write_claims(pipeline, &beside, &files, &folder)?;
         }
         let mut contents = pipeline.contents(&figures.captions());
         contents.figures.extend(beside.figures);

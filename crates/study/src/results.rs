@@ -128,8 +128,7 @@ impl Results {
             let number = segments.len() as u32;
             let take = |frame @ Frame { is_done, run, .. }: Frame| {
                 let place = Place { segment: number, frame };
-                let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-                let Some(state) = index.and_then(|index| states.get_mut(index)) else { return false };
+                let Some(state) = place_of(run).and_then(|index| states.get_mut(index)) else { return false };
                 match state.place() {
                     Some(first) => further.push((run, first, place)),
                     // The result of a run with a name is its log.
@@ -273,8 +272,7 @@ impl Results {
 
     /// Whether a run of the plan must still be made.
     pub fn is_missing(&self, run: u64) -> bool {
-        let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-        index.and_then(|index| self.states.get(index)) == Some(&State::Missing)
+        place_of(run).and_then(|index| self.states.get(index)) == Some(&State::Missing)
     }
 
     /// The number of runs in each state, in words.
@@ -295,6 +293,11 @@ impl Results {
     pub fn missing(&self) -> impl Iterator<Item = u64> {
         self.runs("missing")
     }
+}
+
+/// The place of a run in the plan, if its number can be one.
+fn place_of(run: u64) -> Option<usize> {
+    usize::try_from(run.checked_sub(1)?).ok()
 }
 
 /// Says a line for each fault, and the remedy.

@@ -280,11 +280,20 @@ pub fn pipeline(text: &[u8]) {
 pub fn tables(script: &[u8]) {
     use asperity_model::analytic::LengthLaw;
     use asperity_numbers::precursors::PrecursorRules;
-    use asperity_numbers::run_data::RunData;
+    use asperity_numbers::required_data::RequiredData;
+    use asperity_numbers::run_data::Collector;
+    use asperity_run::{CheckProblem, Checked, OpenLog, read_once};
 
     let path = scratch("tables.mcap");
     fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
-    if let Ok(run) = RunData::read("fuzz", &path) {
+    let begin =
+        |log: &OpenLog| Collector::of_log("fuzz", log.header(), log.needed_scenario()?, RequiredData::all());
+    let accept = |checked: &Checked| match checked.problem {
+        Some(CheckProblem::Log(_)) => Err(()),
+        _ => Ok(()),
+    };
+    if let Ok(read) = read_once(&path, begin, accept) {
+        let run = read.observer.finish(read.has_ruptures, read.checked.seen.end.as_ref());
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
         drop(asperity_tables::tables::events(&run));
         drop(asperity_tables::tables::residuals(&run, LengthLaw::Linear, &rules).expect("all is kept"));

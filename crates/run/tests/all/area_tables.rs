@@ -149,7 +149,7 @@ fn compare(table: &Table, kind: SolverKind) {
         }
     }
     let end_step = solver.step();
-    tracker.finish(&mut changes);
+    tracker.conclude(&mut changes);
     let events: Vec<Slip> = changes
         .into_iter()
         .filter_map(|change| match change {

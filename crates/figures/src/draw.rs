@@ -57,11 +57,11 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::spec::{self, Family, Lengths, MeasuredFile, PhaseMap};
+use crate::spec::{Family, MeasuredFile};
 use crate::spelling::spelled;
 use curve::OfCurves;
 pub use error::FigureError;
-use kind::{AnyFigure, AnyPart, Figure, Parts};
+use kind::{AnyFigure, AnyPart, Parts};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
@@ -77,10 +77,14 @@ macro_rules! kinds {
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
-            #[serde(default, rename = "phase-map")]
-            phase_map: Vec<PhaseMap>,
+            /// Numbers of the runs over axes: curves of `y` against `x`, a curve for every value of `colour`; where `y`
+            /// is a key that varies, a phase map, with `colour` over two keys; or, for `y = "length_ratio"` over
+            /// `x = "ft_fn_onset"`, lengths of precursors against the load at which each begins, by the ruptures that
+            /// the study keeps, with the length law. A run without the number leaves a gap in a curve. A place of a map
+            /// without it is empty, and one whose runs all failed, or are not made, is crossed out; its axes are
+            /// labelled at values that were run.
             #[serde(default)]
-            family: Vec<Family>,
+            pub family: Vec<Family>,
             $(
                 #[serde(default, rename = $key)]
                 #[schemars(description = $of::CURVES.about.trim_ascii())]
@@ -99,8 +103,7 @@ macro_rules! kinds {
                 })*
                 $({
                     let what = concat!($($doc),*).trim_ascii();
-                    let of_runs = self.$field.iter().filter(|figure| Figure::is_of_runs(*figure));
-                    all.extend(of_runs.map(|figure| (what, figure as &dyn AnyFigure)));
+                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 all
             }
@@ -139,8 +142,9 @@ kinds! {
         after: Option<f64>
     }
 
-    /// Lengths of precursors, and the load at which each begins.
-    "lengths" lengths: Lengths,
+    /// Lengths of precursors, and the load at which each begins: L_p/L by slip events against F_T/F_N, with the length
+    /// law.
+    "lengths" lengths: lengths::Lengths,
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
     /// uniform distribution with their deviation, both over `p_n / N_s`.
     "junction-forces" junction_forces: stress::JunctionForces,
@@ -225,15 +229,14 @@ kinds! {
 }
 
 impl Figures {
-    /// Checks that each is made either of single runs or of the tables of runs over axes, and has an axis.
+    /// Checks widths, and that those of named runs have some.
     ///
     /// # Errors
     /// In words, with kind and file of the figure, and what is accepted.
     pub fn check(&self) -> Result<(), String> {
         let of_runs =
             self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.frame().width_mm));
-        let of_tables = (self.phase_map.iter().map(|map| (map.file.as_str(), map.width_mm)))
-            .chain(self.family.iter().map(|family| (family.file.as_str(), family.width_mm)));
+        let of_tables = self.family.iter().map(|family| (family.file.as_str(), family.width_mm));
         for (file, width_mm) in of_runs.chain(of_tables) {
             if let Some(width_mm) = width_mm.filter(|width_mm| !(40.0..=400.0).contains(width_mm)) {
                 return Err(format!(
@@ -246,8 +249,7 @@ impl Figures {
             let checked = named.and_then(|()| figure.measured());
             checked.map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
         }
-        self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
-        self.lengths.iter().try_for_each(Lengths::check)
+        self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)
     }
 
     /// The files of measured points that figures name, to be read before [`Figures::check`].
@@ -255,12 +257,6 @@ impl Figures {
         let of_load = self.load.iter_mut().filter_map(|load| load.measured.as_mut());
         let of_lengths = self.lengths.iter_mut().filter_map(|lengths| lengths.measured.as_mut());
         of_load.chain(of_lengths).chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
-    }
-
-    /// Those of the tables of runs over axes.
-    pub fn of_tables(&self) -> spec::Figures {
-        let lengths = self.lengths.iter().filter(|lengths| !lengths.is_of_runs()).cloned().collect();
-        spec::Figures { phase_map: self.phase_map.clone(), family: self.family.clone(), lengths }
     }
 
     /// The runs that the figures are made of.

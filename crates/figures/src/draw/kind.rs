@@ -24,11 +24,6 @@ pub(super) trait Figure: Framed + Sync {
     /// The runs it is made of.
     fn runs(&self) -> Vec<&str>;
 
-    /// Whether it is made of single runs, and not of the tables of runs over axes.
-    fn is_of_runs(&self) -> bool {
-        true
-    }
-
     /// What it reads of a run beside slip events, ruptures and switches.
     fn required_data(&self) -> RequiredData {
         RequiredData::NOTHING
@@ -122,7 +117,7 @@ macro_rules! keys {
         $crate::draw::kind::keys! {
             $figure;
             /// The runs, each with its label in the legend.
-            series: Vec<$crate::spec::Labelled>,
+            series: Vec<$crate::draw::kind::Labelled>,
             $($own)*
         }
     };
@@ -182,7 +177,15 @@ macro_rules! of_runs_in {
 
 pub(super) use {keys, of_one_run, of_runs_in};
 
-pub(super) use crate::spec::Labelled;
+/// A run and what the legend calls it.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Labelled {
+    /// The run.
+    pub(super) run: String,
+    /// Label in the legend; `k_t` and `k_{t}` set subscripts.
+    pub(super) label: String,
+}
 
 impl Labelled {
     pub(super) fn runs(&self) -> [&str; 1] {

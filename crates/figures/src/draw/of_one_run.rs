@@ -21,7 +21,7 @@ use super::{Drawn, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
-const OF_SEVERAL: [&str; 6] = ["family", "front-speed", "phase-map", "spread", "stability-boundary", "study"];
+const OF_SEVERAL: [&str; 5] = ["family", "front-speed", "spread", "stability-boundary", "study"];
 
 /// The kinds that are drawn where none is named: what is asked first of a run.
 pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
@@ -31,9 +31,6 @@ pub const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
 
 /// Keys that follow from the run.
 const FILLED_IN: [&str; 4] = ["file", "run", "series", "panel"];
-
-/// Keys of `lengths` that are of runs over axes.
-const OF_AXES: [&str; 6] = ["at", "colour", "colour_label", "colour_scale", "facet", "over"];
 
 /// The keys of all kinds, as their types describe them.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schema_for!(Figures).to_value());
@@ -76,9 +73,7 @@ impl Kind {
 
     /// The keys that may be given.
     pub fn keys(self) -> Vec<&'static str> {
-        let is_free =
-            |key: &&str| !FILLED_IN.contains(key) && (self.name != "lengths" || !OF_AXES.contains(key));
-        self.all_keys().filter(is_free).collect()
+        self.all_keys().filter(|key| !FILLED_IN.contains(key)).collect()
     }
 
     /// Checks keys, each given as `KEY=VALUE`, before any run is read.

@@ -108,7 +108,8 @@ fn what(gathered: &Gathered) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Axis, Figures, Key, Kind, Statistic};
+    use crate::draw::Figures;
+    use crate::{Axis, Family, Key, Kind, Statistic};
     use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
     use asperity_testkit::scenario;
 
@@ -126,7 +127,7 @@ mod tests {
         };
         let axes = [key("normal_load.tilt", &[0.0, 0.5]), key("drive.stiffness_n_per_m", &[1.0, 2.0, 4.0])];
         let figures: Figures = toml::from_str(figure).unwrap();
-        let mut drawer = Drawer::new(&figures.understand(&axes, true).unwrap());
+        let mut drawer = Drawer::new(&Family::understand(&figures.family, &axes, true).unwrap());
         let column = |name: &'static str, kind| Column {
             name: name.into(),
             kind,
@@ -183,7 +184,7 @@ mod tests {
         sheet.layers().filter_map(|layer| of(&layer.shape)).collect()
     }
 
-    const MAP: &str = "[[phase-map]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
+    const MAP: &str = "[[family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
         colour = 'first_slip_s'\n";
 
     #[test]
@@ -293,7 +294,7 @@ mod tests {
     #[test]
     fn precursors_are_found_in_whatever_order_ruptures_come() {
         let mut gathered = gathered(
-            "[[lengths]]\nfile = 'a.png'\ncolour = 'normal_load.tilt'\nat = ['drive.stiffness_n_per_m=2']\n",
+            "[[family]]\nfile = 'a.png'\nx = 'ft_fn_onset'\ny = 'length_ratio'\ncolour = 'normal_load.tilt'\nat = ['drive.stiffness_n_per_m=2']\n",
         );
         // By onset: 2, a shorter one, one that misses block 1, 5, the whole slider, and one after it.
         for (number, onset_step, blocks, ft_fn) in [

@@ -161,26 +161,6 @@ impl NamedCurves {
     }
 }
 
-/// The place of a name in the list, for types that belong to one.
-pub const fn place(name: &str) -> usize {
-    let mut place = 0;
-    while place < CURVES.len() {
-        if is_same(CURVES[place].name.as_bytes(), name.as_bytes()) {
-            return place;
-        }
-        place += 1;
-    }
-    panic!("there are no curves of this name")
-}
-
-const fn is_same(a: &[u8], b: &[u8]) -> bool {
-    let mut n = 0;
-    while n < a.len() && n < b.len() && a[n] == b[n] {
-        n += 1;
-    }
-    n == a.len() && n == b.len()
-}
-
 /// Declares curves: name, the axis across and those upwards, the keys that they use, what they read of a
 /// run, and their function.
 macro_rules! curves {

@@ -13,7 +13,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
-use crate::spec::Measured;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -29,9 +28,9 @@ pub(super) trait Figure: Framed + Sync {
         RequiredData::NOTHING
     }
 
-    /// Its measured points; in words, what its file of them lacks.
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        Ok(None)
+    /// Checks its keys; in words, what is not accepted.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
     }
 
     /// Its part of a run; in words, what the run lacks.
@@ -49,7 +48,7 @@ pub(super) type Parts<P> = BTreeMap<String, P>;
 pub(super) trait AnyFigure: Framed + Sync {
     fn runs(&self) -> Vec<&str>;
     fn required_data(&self) -> RequiredData;
-    fn measured(&self) -> Result<Option<Measured>, String>;
+    fn check(&self) -> Result<(), String>;
     fn part(&self, run: &RunData) -> Result<AnyPart, String>;
     fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
 }
@@ -66,8 +65,8 @@ impl<F: Figure> AnyFigure for F {
         Figure::required_data(self)
     }
 
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        Figure::measured(self)
+    fn check(&self) -> Result<(), String> {
+        Figure::check(self)
     }
 
     fn part(&self, run: &RunData) -> Result<AnyPart, String> {
@@ -79,11 +78,7 @@ impl<F: Figure> AnyFigure for F {
         let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
-        let sheet = Sheet { title, width_mm, ..sheet };
-        Ok(match Figure::measured(self)? {
-            Some(measured) => sheet.with_measured(&measured),
-            None => sheet,
-        })
+        Ok(Sheet { title, width_mm, ..sheet })
     }
 }
 

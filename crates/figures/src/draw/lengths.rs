@@ -43,6 +43,14 @@ pub(super) fn course(law: LengthLaw, parameters: &LengthLawParameters, steps: u3
     lengths.map(|length| (law.load_ratio(parameters, length), length)).collect()
 }
 
+impl Lengths {
+    /// Its measured points.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
+        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
+    }
+}
+
 impl Figure for Lengths {
     of_runs_in!(series, Part);
 
@@ -50,9 +58,8 @@ impl Figure for Lengths {
         RequiredData::LOADS
     }
 
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
-        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
+    fn check(&self) -> Result<(), String> {
+        self.measured().map(drop)
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
@@ -102,7 +109,8 @@ impl Figure for Lengths {
         drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        Ok(Sheet::single(x, y, drawn).noted(&note.join(", ")))
+        let sheet = Sheet::single(x, y, drawn).noted(&note.join(", "));
+        Ok(sheet.with_measured(self.measured()?.as_ref()))
     }
 }
 

@@ -83,7 +83,7 @@ impl Drawer {
             };
             let Figure { title, width_mm, measured, .. } = &gathered.figure;
             let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
-            let sheet = measured.iter().fold(sheet, Sheet::with_measured);
+            let sheet = sheet.with_measured(measured.as_ref());
             let (page, about, _) =
                 drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
             let written = files_of(&folder.join(file));

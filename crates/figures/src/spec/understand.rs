@@ -109,75 +109,92 @@ impl Known<'_> {
         }
     }
 
-    /// A figure with its facet and its slice; and that every axis has a part in it, since runs that differ in
-    /// something else would stand in one place as if they were the same.
-    fn figure(&self, of: &Family, keeps_ruptures: bool) -> Result<Figure, String> {
-        let Family { x: across, y: upwards, x_label, y_label, colour_label, colour_scale, .. } = of;
-        let mut used = Used::new();
-        let (kind, x, y) = if [across, upwards] == OF_PRECURSORS {
+    /// What a figure shows over which axes, before it is known what else it uses.
+    fn kind<'a>(
+        &self,
+        of: &'a Family,
+        keeps_ruptures: bool,
+        used: &mut Used<'a>,
+    ) -> Result<(Kind, [Quantity; 2]), String> {
+        let Family { x: across, y: upwards, x_label, y_label, .. } = of;
+        if [across, upwards] == OF_PRECURSORS {
             if !keeps_ruptures {
                 return Err("its study keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
             }
             let x = quantity(across, x_label, || "F_T/F_N".to_owned(), false);
             let y = quantity(upwards, y_label, || "L_p/L".to_owned(), false);
-            (Kind::Lengths { law: of.law }, x, y)
-        } else {
-            let (of_x, x) = self.key_or_number(("x", across), x_label, of.x_scale, &mut used)?;
-            let (of_y, y) = self.key_or_number(("y", upwards), y_label, of.y_scale, &mut used)?;
-            let theory = Theory::NUMBERS.iter().find(|(number, _)| number == upwards);
-            if of.theory && theory.is_none() {
-                let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
-                return Err(format!("theory = true with y = {upwards:?} (accepted: with y one of {names})"));
+            return Ok((Kind::Lengths { law: of.law }, [x, y]));
+        }
+        let (of_x, x) = self.key_or_number(("x", across), x_label, of.x_scale, used)?;
+        let (of_y, y) = self.key_or_number(("y", upwards), y_label, of.y_scale, used)?;
+        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == upwards).map(|(_, theory)| *theory);
+        if of.theory && theory.is_none() {
+            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+            return Err(format!("theory = true with y = {upwards:?} (accepted: with y one of {names})"));
+        }
+        let kind = match (of_x, of_y) {
+            _ if across == upwards => {
+                return Err(format!("x and y are both {across} (accepted: two quantities)"));
             }
-            let kind = match (of_x, of_y) {
-                _ if across == upwards => {
-                    return Err(format!("x and y are both {across} (accepted: two quantities)"));
-                }
-                (Some(of_x), Some(of_y)) => {
-                    Kind::PhaseMap { statistic: of.statistic.unwrap_or_default(), scattered: of_x == of_y }
-                }
-                (None, _) if of_y.is_some() || of.theory => {
-                    let with = if of.theory { "theory = true" } else { "a key upwards" };
-                    return Err(format!(
-                        "{with} with x = {across:?} (accepted: with a key that varies across)"
-                    ));
-                }
-                _ if x.is_word => {
-                    return Err(format!(
-                        "x = {across:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
-                    ));
-                }
-                _ => Kind::Family {
-                    joined: of_x.is_some_and(|axis| self.0[axis].joined),
-                    theory: theory.map(|(_, theory)| *theory).filter(|_| of.theory),
-                },
-            };
-            (kind, x, y)
+            (Some(of_x), Some(of_y)) => {
+                Kind::PhaseMap { statistic: of.statistic.unwrap_or_default(), scattered: of_x == of_y }
+            }
+            (None, _) if of_y.is_some() || of.theory => {
+                let with = if of.theory { "theory = true" } else { "a key as y" };
+                return Err(format!("{with} with x = {across:?} (accepted: with a key that varies across)"));
+            }
+            _ if x.is_word => {
+                return Err(format!(
+                    "x = {across:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
+                ));
+            }
+            _ => Kind::Family {
+                joined: of_x.is_some_and(|axis| self.0[axis].joined),
+                theory: theory.filter(|_| of.theory),
+            },
         };
+        Ok((kind, [x, y]))
+    }
+
+    /// What the colours of a figure say.
+    fn colour<'a>(
+        &self,
+        of: &'a Family,
+        is_map: bool,
+        used: &mut Used<'a>,
+    ) -> Result<Option<Quantity>, String> {
+        let Family { colour_label: label, colour_scale: scale, .. } = of;
+        let Some(name) = &of.colour else {
+            let refused = "a phase map without colour (accepted: a number of the summary)";
+            return if is_map { Err(refused.to_owned()) } else { Ok(None) };
+        };
+        if is_map {
+            return number("colour", name, label, *scale).map(Some);
+        }
+        let (_, key) = self.key("colour", name)?;
+        let words = key.values.len();
+        if !key.is_number && words > MOST_WORDS {
+            return Err(format!("colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"));
+        }
+        used.push(("colour", name));
+        of_key("colour", key, label, *scale).map(Some)
+    }
+
+    /// A figure with its facet and its slice; and that every axis has a part in it, since runs that differ in
+    /// something else would stand in one place as if they were the same.
+    fn figure(&self, of: &Family, keeps_ruptures: bool) -> Result<Figure, String> {
+        let mut used = Used::new();
+        let (kind, [x, y]) = self.kind(of, keeps_ruptures, &mut used)?;
         let is_map = matches!(kind, Kind::PhaseMap { .. });
+        let is_of_lengths = matches!(kind, Kind::Lengths { .. });
         let unused = [
             ("statistic", of.statistic.is_some() && !is_map, "a key as y"),
-            ("law", of.law.is_some() && !matches!(kind, Kind::Lengths { .. }), "y = \"length_ratio\""),
+            ("law", of.law.is_some() && !is_of_lengths, "y = \"length_ratio\""),
         ];
         if let Some((key, _, accepted)) = unused.iter().find(|(_, is_unused, _)| *is_unused) {
-            return Err(format!("{key} with y = {upwards:?} (accepted: with {accepted})"));
+            return Err(format!("{key} with y = {:?} (accepted: with {accepted})", of.y));
         }
-        let colour = match &of.colour {
-            None if is_map => return Err("a phase map without colour (accepted: a number)".to_owned()),
-            Some(name) if is_map => Some(number("colour", name, colour_label, *colour_scale)?),
-            Some(name) => {
-                let (_, key) = self.key("colour", name)?;
-                let words = key.values.len();
-                if !key.is_number && words > MOST_WORDS {
-                    return Err(format!(
-                        "colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"
-                    ));
-                }
-                used.push(("colour", name));
-                Some(of_key("colour", key, colour_label, *colour_scale)?)
-            }
-            None => None,
-        };
+        let colour = self.colour(of, is_map, &mut used)?;
         let axes = [&x, &y].map(|of| ([of.column.as_str(), &of.label], of.log));
         let measured = MeasuredFile::points(&of.measured, &of.measured_label, axes)?;
         let mut facet = None;

@@ -52,7 +52,10 @@ impl Figure for CurveFigure {
         ];
         let NamedCurves { name, keys, .. } = self.curve;
         match given.into_iter().find(|(key, is_given)| *is_given && !keys.contains(key)) {
-            Some((key, _)) => Err(format!("keys.{key}: curves {name} have no such key")),
+            Some((key, _)) => {
+                let accepted = if keys.is_empty() { "none".to_owned() } else { keys.join(", ") };
+                Err(format!("keys.{key}: curves {name} have no such key (accepted: {accepted})"))
+            }
             None => Ok(()),
         }
     }

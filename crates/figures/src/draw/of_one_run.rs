@@ -119,12 +119,7 @@ impl Kind {
             duration_s: header.time_grid().time_s(header.steps),
             law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
         };
-        Ok(OneFigure {
-            kind: self,
-            run: run.to_owned(),
-            figures: self.figures(run, &about, set)?,
-            may_be_empty: false,
-        })
+        Ok(OneFigure { kind: self, figures: self.figures(run, &about, set)?, may_be_empty: false })
     }
 
     fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
@@ -148,6 +143,7 @@ impl Kind {
             let figures: Figures = serde_json::from_value(json!({ self.in_pipelines(): [keys] }))?;
             Ok::<_, serde_json::Error>(figures)
         };
+        let mut figures = understood(&keys).map_err(|error| error.to_string())?;
         for assignment in set {
             let (key, value) = assignment
                 .split_once('=')
@@ -166,11 +162,8 @@ impl Kind {
             } else {
                 keys.insert(key.to_owned(), value);
             }
-            if let Err(error) = understood(&keys) {
-                return Err(format!("{assignment}: {error}"));
-            }
+            figures = understood(&keys).map_err(|error| format!("{assignment}: {error}"))?;
         }
-        let mut figures = understood(&keys).map_err(|error| error.to_string())?;
         let read = |path: &str| text::read(path.as_ref()).map_err(|error| error.to_string());
         figures.measured_mut().try_for_each(|file| file.read(read))?;
         figures.check().map(|()| figures)
@@ -253,7 +246,6 @@ impl Target {
 pub struct OneFigure {
     /// Its kind.
     pub kind: Kind,
-    run: String,
     figures: Figures,
     may_be_empty: bool,
 }
@@ -267,7 +259,7 @@ impl OneFigure {
 
     /// What it reads of the run.
     pub fn required_data(&self) -> RequiredData {
-        self.figures.required_data(&self.run)
+        self.figures.all()[0].1.required_data()
     }
 
     /// Draws it, as files of a set. `provenance` is whether it names the code and bears a line at its foot.

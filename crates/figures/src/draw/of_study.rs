@@ -8,6 +8,7 @@ mod curves;
 mod gather;
 mod map;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
@@ -22,14 +23,12 @@ use crate::{Figure, Kind};
 pub use gather::ScenarioOf;
 use gather::{Gathered, Heads, Row};
 
-/// The tables whose rows are asked for.
-const TABLES: [&str; 2] = ["runs", "ruptures"];
-
 /// Gathers what figures show, and draws them.
 #[derive(Debug)]
 pub struct Drawer {
     figures: Vec<Gathered>,
-    heads: [Heads; 2],
+    /// Of each table that has begun.
+    heads: HashMap<String, Heads>,
 }
 
 impl Drawer {
@@ -40,20 +39,18 @@ impl Drawer {
 
     /// A table with these columns begins.
     pub fn begin(&mut self, table: &str, columns: &[Column]) {
-        if let Some(n) = TABLES.iter().position(|name| *name == table) {
-            let heads = columns.iter().enumerate().map(|(at, column)| (column.name.to_string(), at));
-            self.heads[n] = heads.collect();
-        }
+        let heads = columns.iter().enumerate().map(|(at, column)| (column.name.to_string(), at));
+        self.heads.insert(table.to_owned(), heads.collect());
     }
 
     /// A row of a table: the ruptures of a run come before the run.
     pub fn row(&mut self, table: &str, cells: &[Cell]) {
-        let ([runs, ruptures], [of_runs, of_ruptures]) = (TABLES, &self.heads);
+        let Some(heads) = self.heads.get(table) else { return };
         for figure in &mut self.figures {
-            if table == runs {
-                figure.run(Row(of_runs, cells));
-            } else if table == ruptures && matches!(figure.figure.kind, Kind::Lengths { .. }) {
-                figure.rupture(Row(of_ruptures, cells));
+            match (table, figure.figure.kind) {
+                ("runs", _) => figure.run(Row(heads, cells)),
+                ("ruptures", Kind::Lengths { .. }) => figure.rupture(Row(heads, cells)),
+                _ => {}
             }
         }
     }

@@ -81,9 +81,11 @@ pub(super) fn groups<'a, P>(
 /// The parameter of a run, its number and what theory says of it.
 type Part = (f64, [Option<f64>; 2]);
 
+/// A panel: its title, the number that the source gives, and the runs.
+type Shown<'a> = (&'a str, Option<f64>, &'a [Group]);
+
 impl StudyFigure {
-    /// Its panels: title, the number that the source gives, and the runs.
-    fn cases(&self) -> Vec<(&str, Option<f64>, &[Group])> {
+    fn panels(&self) -> Vec<Shown<'_>> {
         let own = self.panel.iter().map(|case| (case.label.as_str(), Some(case.stated), &case.series[..]));
         own.chain((!self.series.is_empty()).then_some(("", None, &self.series[..]))).collect()
     }
@@ -120,7 +122,7 @@ impl Figure for StudyFigure {
     type Part = Part;
 
     fn runs(&self) -> Vec<&str> {
-        self.cases().into_iter().flat_map(|(.., series)| series.iter().flat_map(Group::runs)).collect()
+        self.panels().into_iter().flat_map(|(.., series)| series.iter().flat_map(Group::runs)).collect()
     }
 
     fn required_data(&self) -> RequiredData {
@@ -150,24 +152,24 @@ impl Figure for StudyFigure {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let cases = self.cases();
-        let drawn = cases.iter().map(|(.., series)| self.layers(series, &parts));
+        let shown = self.panels();
+        let drawn = shown.iter().map(|(.., series)| self.layers(series, &parts));
         let drawn = drawn.collect::<Result<Vec<Vec<Layer>>, String>>()?;
         let points = || drawn.iter().flatten().flat_map(Layer::points);
         if points().next().is_none() {
             return Err(format!("no run has a {}", self.measure.name()));
         }
-        let stated = cases.iter().filter_map(|(_, stated, _)| *stated);
+        let stated = shown.iter().filter_map(|(_, stated, _)| *stated);
         let x = scale(self.logarithmic, &self.parameter_label).fitted(points().map(|at| at.0));
         let y =
             scale(self.logarithmic_measure, &self.measure_label).in_whole_numbers(self.measure.is_count());
         let y = y.fitted(points().map(|at| at.1).chain(stated));
         let ends = x.ends();
-        let panel = |((title, stated, _), drawn): (&(&str, Option<f64>, &[Group]), Vec<Layer>)| {
+        let panel = |((title, stated, _), drawn): (&Shown<'_>, Vec<Layer>)| {
             let across = |stated| vec![(ends.0, stated), (ends.1, stated)];
             let stated = stated.map(|stated| Layer::line("thesis", across(stated), Dash::Dashed, RED));
             Panel::new(x.clone(), y.clone(), stated.into_iter().chain(drawn).collect()).titled(*title)
         };
-        Ok(Sheet::of(cases.iter().zip(drawn).map(panel).collect()))
+        Ok(Sheet::of(shown.iter().zip(drawn).map(panel).collect()))
     }
 }

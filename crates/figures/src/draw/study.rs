@@ -159,11 +159,15 @@ impl Figure for StudyFigure {
         if points().next().is_none() {
             return Err(format!("no run has a {}", self.measure.name()));
         }
-        let stated = shown.iter().filter_map(|(_, stated, _)| *stated);
-        let x = scale(self.logarithmic, &self.parameter_label).fitted(points().map(|at| at.0));
-        let y =
+        let mut x = scale(self.logarithmic, &self.parameter_label);
+        let mut y =
             scale(self.logarithmic_measure, &self.measure_label).in_whole_numbers(self.measure.is_count());
-        let y = y.fitted(points().map(|at| at.1).chain(stated));
+        // All cases share their axes.
+        if !self.panel.is_empty() {
+            let stated = self.panel.iter().map(|case| case.stated);
+            x = x.fitted(points().map(|at| at.0));
+            y = y.fitted(points().map(|at| at.1).chain(stated));
+        }
         let ends = x.ends();
         let panel = |((title, stated, _), drawn): (&Shown<'_>, Vec<Layer>)| {
             let across = |stated| vec![(ends.0, stated), (ends.1, stated)];

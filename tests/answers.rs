@@ -31,7 +31,7 @@ fn page_of_a_sweep(folder: &Path) -> [PathBuf; 2] {
          set = [\"slider.blocks=10\", \"time.step_s=1e-7\", \"time.duration_s=0.5\"]\n\
          [[axis]]\nkey = \"normal_load.tilt\"\nvalues = [-0.5, 0, 0.5]\n\
          [[axis]]\nkey = \"friction.static_coefficient\"\nvalues = [0.6, 0.7]\n\
-         [[figure.phase-map]]\nfile = \"counts.png\"\ntitle = \"Slip events\"\nx = \"normal_load.tilt\"\n\
+         [[figure.family]]\nfile = \"counts.png\"\ntitle = \"Slip events\"\nx = \"normal_load.tilt\"\n\
          y = \"friction.static_coefficient\"\ncolour = \"event_count\"\n\
          [[claim]]\nabout = \"Slip events\"\nfigures = [\"counts.png\"]\nof = \"this project\"\nquote = \"F_T/F_N stays below 10^-8\"\n\
          at = [\"normal_load.tilt=0.5\"]\nmeasure = \"largest_ft_fn\"\nat_most = 1e-8\n",

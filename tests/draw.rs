@@ -81,8 +81,8 @@ fn a_figure_has_the_bytes_of_a_pipeline() {
     let toml = format!(
         "title = 'One'\n[[run]]\nname = 'a'\nscenario = 'ten-blocks'\nset = {:?}\n\
          [figure]\nload = [{{ file = 'load.png', run = 'a', sliding = true }}]\n\
-         forces = [{{ file = 'forces.png', run = 'a', from_s = 0.5, title = 'Late' }}]\n\
-         slipped = [{{ file = 'slipped.png', series = [{{ run = 'a', label = 'a' }}] }}]\n",
+         curve = [{{ curve = 'forces', file = 'forces.png', run = 'a', keys.from_s = 0.5, title = 'Late' }}, \
+         {{ curve = 'slipped', file = 'slipped.png', series = [{{ run = 'a', label = 'a' }}] }}]\n",
         small::SETS
     );
     fs::write(&pipeline, toml).expect("the folder can be written");

@@ -242,7 +242,8 @@ set = [
 keys = ["initial_velocity.amplitude_m_per_s"]
 values = [1e-8, 2e-8]
 
-[[figure.loads]]
+[[figure.curve]]
+curve = "loads"
 file = "loads.png"
 run = "coded"
 
@@ -256,21 +257,28 @@ file = "lengths.png"
 law = "eq-5.57"
 series = [{ run = "coded", label = "N = 10" }]
 
-[[figure.displacement]]
+[[figure.curve]]
+curve = "displacement"
 file = "displacement.png"
 run = "coded"
-at_blocks = [1, 5, 10]
+keys.at_blocks = [1, 5, 10]
 
-[[figure.velocities]]
+[[figure.curve]]
+curve = "velocities"
 file = "velocities.png"
 run = "coded"
-blocks = 10
+keys.blocks = 10
 
-[[figure.spread]]
+[[figure.study]]
 file = "spread.png"
-[[figure.spread.panel]]
+parameter = "time.step_s"
+parameter_label = "Δt (s)"
+logarithmic = true
+measure = "first_global_event_onset_s"
+measure_label = "t of first global slip (s)"
+[[figure.study.panel]]
 label = "N = 10"
-stated_s = 1.4
+stated = 1.4
 series = [{ label = "coded", runs = ["coded", "kicked-*"] }, { label = "stated", runs = ["stated"] }]
 
 [[claim]]

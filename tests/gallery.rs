@@ -12,8 +12,8 @@ use crate::support::markdown::links;
 
 pub(crate) const PAGE: &str = "docs/gallery.md";
 
-/// Kinds that have no picture there: of runs over axes they are drawn as of named runs, or as others are.
-const ELSEWHERE: [&str; 2] = ["spread", "study"];
+/// Kinds that have no picture there: of runs over axes they are drawn as of named runs, or curves as each of them.
+const ELSEWHERE: [&str; 2] = ["curve", "study"];
 
 /// The names of the pictures of the page, without their ending.
 fn pictures() -> BTreeSet<String> {

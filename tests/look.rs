@@ -29,7 +29,7 @@ fn example(page: &str, name: &str) -> String {
 }
 
 /// Figures of the example that are also drawn without the code version.
-const WITHOUT_CODE: [&str; 3] = ["load", "front-profile", "damping"];
+const WITHOUT_CODE: [&str; 3] = ["load", "front-profile", "curve"];
 
 /// The example without all other figures, and their runs.
 fn without_others(example: &str) -> String {

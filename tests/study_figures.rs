@@ -27,7 +27,7 @@ values = [1, 2]
 ";
 
 const FIGURES: &str = "
-[[figure.phase-map]]
+[[figure.family]]
 file = 'map.png'
 x = 'normal_load.tilt'
 y = 'friction.interfacial_stiffness_ratio'
@@ -39,8 +39,10 @@ x = 'normal_load.tilt'
 y = 'first_slip_ft_fn'
 colour = 'friction.interfacial_stiffness_ratio'
 over = ['friction.spread_seed']
-[[figure.lengths]]
+[[figure.family]]
 file = 'lengths.png'
+x = 'ft_fn_onset'
+y = 'length_ratio'
 colour = 'normal_load.tilt'
 facet = 'friction.interfacial_stiffness_ratio'
 at = ['friction.spread_seed=1']
@@ -143,7 +145,7 @@ fn figures_are_drawn_of_what_the_plan_has() {
         ends(2, &[&["sweep", "draw", text(&out)], arguments].concat(), &[problem]);
         assert!(!out.join("figures").exists());
     };
-    refused(&[], "plan.ndjson asks for no figures (accepted: [[figure.phase-map]]");
+    refused(&[], "plan.ndjson asks for no figures (accepted: [[figure.family]]");
     study.write(
         "other.toml",
         &SWEEP.replace("normal_load.tilt", "slider.mass_kg").replace("[-0.5, 0, 0.5]", "[1]"),
@@ -159,8 +161,8 @@ fn precursors_of_slabs_have_no_law() {
     let study = Study::of(
         "title = 'Slabs'\nscenario = 'slab'\nset = ['slider.blocks=29', 'slider.rows=16', \
          'time.step_s=4e-7', 'time.duration_s=0.21']\n[[axis]]\nkey = 'friction.dynamic_coefficient'\n\
-         values = [0.17, 0.2]\n[[figure.lengths]]\nfile = 'lengths.png'\n\
-         colour = 'friction.dynamic_coefficient'",
+         values = [0.17, 0.2]\n[[figure.family]]\nfile = 'lengths.png'\nx = 'ft_fn_onset'\n\
+         y = 'length_ratio'\ncolour = 'friction.dynamic_coefficient'",
     );
     let out = study.plan("study");
     succeed(&["sweep", "run", text(&out)]);

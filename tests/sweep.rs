@@ -409,8 +409,8 @@ at_least = 1
 fn runs_with_names_are_made_in_parts_as_reproduce_makes_them() {
     let (slips, runs) = RUNS.trim_start().split_once('\n').unwrap();
     let axes = SHORT.to_owned()
-        + "[[figure.lengths]]\nfile = 'lengths.png'\nover = ['normal_load.tilt', \
-                                   'friction.static_coefficient']\n";
+        + "[[figure.family]]\nfile = 'lengths.png'\nx = 'ft_fn_onset'\ny = 'length_ratio'\n\
+           over = ['normal_load.tilt', 'friction.static_coefficient']\n";
     let both = format!("{slips}\n{axes}{runs}");
     for (name, toml) in [("pipeline", format!("title = 'Runs'\n{RUNS}")), ("both", both)] {
         let study = Study::of(&toml);

@@ -1,7 +1,6 @@
 //! Every key of pipelines and of the figures of sweeps with its type and meaning, as Markdown tables derived from the
 //! types that read them.
 
-use asperity_figures as study_figures;
 use asperity_figures::spelling::spelled;
 use asperity_numbers::{Key, Number, Summary};
 use asperity_record::{Column, ColumnKind};
@@ -12,16 +11,10 @@ use serde_json::{Map, Value};
 /// The parts of the page that are made from the code: the name of each, and its text.
 pub(crate) fn parts() -> Vec<(&'static str, String)> {
     let study = Schema::of::<Pipeline>();
-    let of_tables = Schema::of::<study_figures::Figures>();
-    let mut figures = study.resolved(&study.root["properties"]["figure"]).clone();
-    if let (Some(all), Some(known)) =
-        (figures["properties"].as_object_mut(), of_tables.root["properties"].as_object())
-    {
-        all.retain(|name, _| !known.contains_key(name));
-    }
+    let figures = study.resolved(&study.root["properties"]["figure"]);
     vec![
-        ("sweep figures", of_tables.kinds(&of_tables.root, "figure.")),
-        ("pipeline figures", study.kinds(&figures, "figure.")),
+        ("sweep figures", study.kinds(figures, "figure.", |name| name == "family")),
+        ("pipeline figures", study.kinds(figures, "figure.", |name| name != "family")),
         ("numbers", keys(Number::all().filter(|number| !number.is_of_summary()).map(|number| number.key))),
         ("summary", keys(Summary::KEYS)),
         ("pipeline tables", study.tables(&["run", "precursors", "study", "claim"])),
@@ -51,8 +44,8 @@ impl Schema {
     }
 
     /// The kinds of figures: a heading, what each shows, and its keys.
-    fn kinds(&self, of: &Value, before: &str) -> String {
-        let kinds = of["properties"].as_object().into_iter().flatten();
+    fn kinds(&self, of: &Value, before: &str, is_wanted: fn(&str) -> bool) -> String {
+        let kinds = of["properties"].as_object().into_iter().flatten().filter(|(name, _)| is_wanted(name));
         let mut kinds: Vec<(&String, &Value)> = kinds.collect();
         kinds.sort_by_key(|(name, _)| name.as_str());
         let mut text = String::new();

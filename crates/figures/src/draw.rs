@@ -41,7 +41,6 @@ mod scale;
 mod sheet;
 mod sizes;
 mod space_time;
-mod spread;
 mod stability_boundary;
 mod stress;
 mod study;
@@ -57,11 +56,10 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::spec::{self, Family, Lengths, MeasuredFile, PhaseMap};
+use crate::spec::{Family, MeasuredFile};
 use crate::spelling::spelled;
-use curve::OfCurves;
 pub use error::FigureError;
-use kind::{AnyFigure, AnyPart, Figure, Parts};
+use kind::{AnyFigure, AnyPart, Parts};
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
@@ -69,38 +67,35 @@ use sheet::{Sheet, each_once};
 use text::plain;
 
 macro_rules! kinds {
-    (curves: $($curves:ident $key:literal: $of:ident = $runs:ident $named:literal { $($keys:tt)* })* $($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
-        $(curve::of_curves! { $of: $runs $named { $($keys)* } })*
-
+    ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a study, by kind: those of single runs, and those of the tables of runs over
         /// axes.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
-            #[serde(default, rename = "phase-map")]
-            phase_map: Vec<PhaseMap>,
+            /// Numbers of the runs over axes: curves of `y` against `x`, a curve for every value of `colour`; where `y`
+            /// is a key that varies, a phase map, with `colour` over two keys; or, for `y = "length_ratio"` over
+            /// `x = "ft_fn_onset"`, lengths of precursors against the load at which each begins, by the ruptures that
+            /// the study keeps, with the length law. A run without the number leaves a gap in a curve. A place of a map
+            /// without it is empty, and one whose runs all failed, or are not made, is crossed out; its axes are
+            /// labelled at values that were run.
             #[serde(default)]
-            family: Vec<Family>,
-            $(
-                #[serde(default, rename = $key)]
-                #[schemars(description = $of::curves().about.trim_ascii())]
-                $curves: Vec<$of>,
-            )*
+            pub family: Vec<Family>,
+            /// [Curves](outputs.md#curves) of runs.
+            #[serde(default)]
+            curve: Vec<curve::CurveFigure>,
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
 
         impl Figures {
             /// Each with what its kind shows.
             fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
-                let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
-                $({
-                    let what = $of::curves().about.trim_ascii();
-                    all.extend(self.$curves.iter().map(|figure| (what, figure as &dyn AnyFigure)));
-                })*
+                let of_curves = self.curve.iter();
+                let mut all: Vec<(&'static str, &dyn AnyFigure)> =
+                    of_curves.map(|figure| (figure.curve.about.trim_ascii(), figure as _)).collect();
                 $({
                     let what = concat!($($doc),*).trim_ascii();
-                    let of_runs = self.$field.iter().filter(|figure| Figure::is_of_runs(*figure));
-                    all.extend(of_runs.map(|figure| (what, figure as &dyn AnyFigure)));
+                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 all
             }
@@ -109,38 +104,8 @@ macro_rules! kinds {
 }
 
 kinds! {
-    curves:
-    damping "damping": Damping = series "ring-down" {}
-    displacement "displacement": Displacement = run "displacement" {
-        /// The blocks, counted from 1; over an area contacts, row by row.
-        at_blocks: Vec<u32>
-    }
-    front "front": Front = run "front" {
-        /// The length of a precursor or a slip event; the nearest one is shown.
-        blocks: Option<u32>
-    }
-    initial_shear "initial-shear": InitialShear = series "initial-shear" {}
-    loads "loads": Loads = run "loads" {}
-    forces "forces": Forces = run "forces" {
-        /// Start of the time axis; by default that of the run.
-        from_s: Option<f64>,
-        /// End of the time axis; by default that of the run.
-        to_s: Option<f64>
-    }
-    velocities "velocities": Velocities = run "velocities" {
-        /// The length of a precursor or a slip event; the nearest one is shown.
-        blocks: Option<u32>
-    }
-    slipped "slipped": Slipped = series "slipped" {}
-    pulse "pulse": Pulse = series "pulse" {
-        /// Time shown before a pulse reaches a block, over `a / c`.
-        before: Option<f64>,
-        /// Time shown after a pulse reaches a block, over `a / c`.
-        after: Option<f64>
-    }
-
     /// Lengths of precursors, and the load at which each begins.
-    "lengths" lengths: Lengths,
+    "lengths" lengths: lengths::Lengths,
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
     /// uniform distribution with their deviation, both over `p_n / N_s`.
     "junction-forces" junction_forces: stress::JunctionForces,
@@ -148,8 +113,6 @@ kinds! {
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
     "onset" onset: stress::Onset,
-    /// First global slip against the time step.
-    "spread" spread: spread::Spread,
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants; of rate-and-state friction
     /// `f_0 p_n`.
     "stress" stress: stress::Stress,
@@ -225,15 +188,14 @@ kinds! {
 }
 
 impl Figures {
-    /// Checks that each is made either of single runs or of the tables of runs over axes, and has an axis.
+    /// Checks widths, and that those of named runs have some.
     ///
     /// # Errors
     /// In words, with kind and file of the figure, and what is accepted.
     pub fn check(&self) -> Result<(), String> {
         let of_runs =
             self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.frame().width_mm));
-        let of_tables = (self.phase_map.iter().map(|map| (map.file.as_str(), map.width_mm)))
-            .chain(self.family.iter().map(|family| (family.file.as_str(), family.width_mm)));
+        let of_tables = self.family.iter().map(|family| (family.file.as_str(), family.width_mm));
         for (file, width_mm) in of_runs.chain(of_tables) {
             if let Some(width_mm) = width_mm.filter(|width_mm| !(40.0..=400.0).contains(width_mm)) {
                 return Err(format!(
@@ -243,11 +205,10 @@ impl Figures {
         }
         for (_, figure) in self.all() {
             let named = if figure.runs().is_empty() { Err("no run is named".to_owned()) } else { Ok(()) };
-            let checked = named.and_then(|()| figure.measured());
+            let checked = named.and_then(|()| figure.check());
             checked.map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
         }
-        self.front_speeds.iter().try_for_each(front_speeds::FrontSpeeds::check)?;
-        self.lengths.iter().try_for_each(Lengths::check)
+        Ok(())
     }
 
     /// The files of measured points that figures name, to be read before [`Figures::check`].
@@ -257,12 +218,6 @@ impl Figures {
         of_load.chain(of_lengths).chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
     }
 
-    /// Those of the tables of runs over axes.
-    pub fn of_tables(&self) -> spec::Figures {
-        let lengths = self.lengths.iter().filter(|lengths| !lengths.is_of_runs()).cloned().collect();
-        spec::Figures { phase_map: self.phase_map.clone(), family: self.family.clone(), lengths }
-    }
-
     /// The runs that the figures are made of.
     pub fn runs(&self) -> impl Iterator<Item = &str> {
         self.all().into_iter().flat_map(|(_, figure)| figure.runs())
@@ -270,12 +225,11 @@ impl Figures {
 
     /// The lists of runs of figures that show groups of them, in which patterns may stand for many.
     pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
-        let groups = (self.study.iter_mut().map(|figure| &mut figure.series))
-            .chain(self.front_speed.iter_mut().map(|figure| &mut figure.series))
-            .chain(self.front_speeds.iter_mut().map(|figure| &mut figure.series))
-            .chain(self.stability_boundary.iter_mut().map(|figure| &mut figure.series));
-        let of_groups = groups.flatten().map(|group| &mut group.runs);
-        self.spread.iter_mut().flat_map(spread::Spread::lists_mut).chain(of_groups)
+        let groups = (self.study.iter_mut().flat_map(study::StudyFigure::groups_mut))
+            .chain(self.front_speed.iter_mut().flat_map(|figure| &mut figure.series))
+            .chain(self.front_speeds.iter_mut().flat_map(|figure| &mut figure.series))
+            .chain(self.stability_boundary.iter_mut().flat_map(|figure| &mut figure.series));
+        groups.map(|group| &mut group.runs)
     }
 
     /// Each by its file, with the runs that it is made of, in the order of the files.
@@ -510,7 +464,7 @@ mod tests {
         assert_eq!(panel.layers[2].points(), [(0.0, 1.0), (50.0, 2.0), (100.0, 3.0)]);
         assert!(panel.title.contains("F_N = 100.0 N"), "{}", panel.title);
 
-        let panel = single("[[forces]]\nfile = \"f.png\"\nrun = \"a\"");
+        let panel = single("[[curve]]\ncurve = \"forces\"\nfile = \"f.png\"\nrun = \"a\"");
         let loads: Vec<f64> = panel.layers[0].points().iter().map(|(_, load)| *load).collect();
         assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
         assert!((panel.layers[1].points()[6].1 - 70.0).abs() < 1e-12);
@@ -521,11 +475,11 @@ mod tests {
     fn the_level_of_rate_and_state_friction_is_f_0() {
         let law = "friction.law = \"rate-and-state\"\nfriction.reference_coefficient = 0.5";
         for text in [
-            "[[forces]]\nfile = \"f.png\"\nrun = \"a\"",
+            "[[curve]]\ncurve = \"forces\"\nfile = \"f.png\"\nrun = \"a\"",
             "[[stress]]\nfile = \"f.png\"\nrun = \"a\"\nat_s = [4e-5]",
             "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false",
             "[[stress-sequence]]\nfile = \"f.png\"\nrun = \"a\"\nfrom_blocks = 1",
-            "[[slipped]]\nfile = \"f.png\"\nseries = [{ label = \"a\", run = \"a\" }]",
+            "[[curve]]\ncurve = \"slipped\"\nfile = \"f.png\"\nseries = [{ label = \"a\", run = \"a\" }]",
         ] {
             let figures: Figures = toml::from_str(text).unwrap();
             let figure = figures.all()[0].1;
@@ -558,7 +512,9 @@ mod tests {
 
     #[test]
     fn slipped_and_study_show_one_mark_per_event_and_run() {
-        let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
+        let panel = single(
+            "[[curve]]\ncurve = \"slipped\"\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]",
+        );
         assert_eq!(panel.layers[1].points().len(), 3);
         let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
                      measure = \"precursor_event_count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
@@ -634,7 +590,7 @@ mod tests {
             "run test has no rigid contacts under a held top drive"
         );
 
-        let pulse = "[[pulse]]\nfile = \"f.png\"\nbefore = 1\nafter = 9\n\
+        let pulse = "[[curve]]\ncurve = \"pulse\"\nfile = \"f.png\"\nkeys = { before = 1, after = 9 }\n\
                      series = [{ run = \"a\", label = \"A\" }]";
         let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
         assert_eq!(
@@ -664,7 +620,10 @@ mod tests {
 
     #[test]
     fn an_interval_without_records_is_refused() {
-        let refused = sheet("[[forces]]\nfile = \"f.png\"\nrun = \"a\"\nfrom_s = 7\nto_s = 8").unwrap_err();
+        let refused = sheet(
+            "[[curve]]\ncurve = \"forces\"\nfile = \"f.png\"\nrun = \"a\"\nkeys = { from_s = 7, to_s = 8 }",
+        )
+        .unwrap_err();
         assert_eq!(refused, "run test has no records from 7 s to 8 s");
     }
 }

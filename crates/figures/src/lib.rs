@@ -7,7 +7,8 @@
 //! A figure of a study, understood once the keys that vary are known:
 //!
 //! ```
-//! use asperity_figures::{Axis, Figures, Key};
+//! use asperity_figures::draw::Figures;
+//! use asperity_figures::{Axis, Family, Key};
 //! use asperity_record::Cell;
 //!
 //! let figures: Figures = toml::from_str("
@@ -19,7 +20,7 @@
 //! let values = vec![Cell::Number(-0.5), Cell::Number(0.5)];
 //! let key = Key { path: "normal_load.tilt", is_number: true, log: false, values };
 //! let axes = [Axis { keys: vec![key], joined: true }];
-//! let figure = &figures.understand(&axes, true)?[0];
+//! let figure = &Family::understand(&figures.family, &axes, true)?[0];
 //! assert_eq!(figure.y.label, "precursor count");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

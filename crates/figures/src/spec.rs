@@ -11,4 +11,4 @@ mod written;
 pub use axes::{Axis, Key, place, read_place};
 pub use figure::{Figure, Kind, Quantity, Theory};
 pub use measured::{Measured, MeasuredFile};
-pub use written::{Family, Figures, Labelled, Lengths, PhaseMap, Scale, Statistic};
+pub use written::{Family, Scale, Statistic};

@@ -1,7 +1,6 @@
 //! The curves that figures, tables and Python ask for by name.
 //!
-//! To add one: a function and an entry; and where it is to be a kind of figure, a line in `kinds!` in
-//! `crates/figures/src/draw.rs`.
+//! To add one: a function and an entry.
 
 use asperity_model::analytic::LengthLaw;
 use asperity_record::WindowRecord;

@@ -87,8 +87,7 @@ impl Outputs<'_> {
         };
         if all.is_empty() {
             return Err(StudyError::Refused(format!(
-                "{} asks for no figures (accepted: [[figure.phase-map]], [[figure.family]], [[figure.lengths]] in a sweep, \
-                 by --from)",
+                "{} asks for no figures (accepted: [[figure.family]] in a sweep, by --from)",
                 from.unwrap_or(&plan).display()
             )));
         }
@@ -119,7 +118,7 @@ impl Outputs<'_> {
         match study.figures.iter().find(lengths) {
             Some(Figure { file, .. }) if !self.plan.common.keep.contains(&Keep::Ruptures) => {
                 Err(refused(format!(
-                    "figure.lengths {file:?}: the study has kept no ruptures (accepted: figures of other kinds)"
+                    "figure.family {file:?}: the study has kept no ruptures (accepted: figures of other kinds)"
                 )))
             }
             _ => Ok(study.figures),

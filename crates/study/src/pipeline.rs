@@ -80,7 +80,7 @@ impl Pipeline {
     }
 
     fn check(&self, numbered: u64) -> Result<(), String> {
-        let of_tables = self.figure.of_tables();
+        let of_tables = || self.figure.family.iter().map(|family| family.file.as_str());
         let names: BTreeSet<&str> = self.runs.iter().map(String::as_str).collect();
         let is_over_axes =
             |run: &&str| !names.contains(run) && run.parse().is_ok_and(|run| (1..=numbered).contains(&run));
@@ -103,7 +103,7 @@ impl Pipeline {
             }
         }
         self.figure.check()?;
-        let files: Vec<&str> = self.figure.files().chain(of_tables.files()).collect();
+        let files: Vec<&str> = self.figure.files().chain(of_tables()).collect();
         for claim in &self.claim {
             if let Some(file) = claim.figures.iter().find(|file| !files.contains(&file.as_str())) {
                 let meant = among(file, &files, "the files of the figures of this file");
@@ -130,7 +130,7 @@ impl Pipeline {
         // All files must have different names.
         let tables = self.tables();
         let tables = tables.iter().map(|table| ("table", table.as_str()));
-        let figures = self.figure.files().chain(of_tables.files());
+        let figures = self.figure.files().chain(of_tables());
         let mut written = BTreeSet::new();
         for file in tables.chain(figures.map(|file| ("figure file", file))) {
             if !written.insert(file) {

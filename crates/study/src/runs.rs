@@ -284,9 +284,14 @@ parameter = "initial_velocity.amplitude_m_per_s"
 runs = ["base", "kicked-*"]
 measures = ["precursor_event_count"]
 
-[[figure.spread]]
+[[figure.study]]
 file = "f.png"
-panel = [{ label = "p", stated_s = 1.0, series = [{ label = "a", runs = ["base", "kicked-*"] }] }]
+parameter = "time.step_s"
+parameter_label = "Δt (s)"
+logarithmic = true
+measure = "first_global_event_onset_s"
+measure_label = "t of first global slip (s)"
+panel = [{ label = "p", stated = 1.0, series = [{ label = "a", runs = ["base", "kicked-*"] }] }]
 
 [[claim]]
 about = "a"

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use asperity_figures::Figure;
+use asperity_figures::{Family, Figure};
 use asperity_model::text;
 use asperity_record::Cell;
 use asperity_record::bounds::MOST_RUNS;
@@ -82,14 +82,12 @@ impl Study {
         let axes = grid.iter().flat_map(|grid| &grid.axes);
         let for_figures: Vec<_> = axes.map(Axis::for_figures).collect();
         let keeps_ruptures = grid.as_ref().is_some_and(|grid| grid.keep.contains(&Keep::Ruptures));
-        let of_tables = file.figure.of_tables();
-        if grid.is_none() && !of_tables.is_empty() {
-            return Err("figures of the tables of runs ([[figure.phase-map]], [[figure.family]], \
-                        [[figure.lengths]] without series) need runs over axes (accepted: scenario with one or \
-                        more [[axis]])"
+        if grid.is_none() && !file.figure.family.is_empty() {
+            return Err("figures of the tables of runs ([[figure.family]]) need runs over axes (accepted: \
+                        scenario with one or more [[axis]])"
                 .to_owned());
         }
-        let figures = of_tables.understand(&for_figures, keeps_ruptures)?;
+        let figures = Family::understand(&file.figure.family, &for_figures, keeps_ruptures)?;
         let runs = file.run.iter().map(|run| run.read(folder)).collect::<Result<_, _>>()?;
         let at = |at: &[String]| grid.as_ref().map_or(Ok(Vec::new()), |grid| grid.runs_at(at));
         let pipeline = file.checked(grid.as_ref().map_or(0, Grid::count), &at)?;
@@ -254,9 +252,15 @@ mod tests {
             (format!("colour = 1\n{TILTS}"), "line 3, column 1: colour: unknown key"),
             (
                 format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
-                "figure.family \"a.png\": y = \"count\" is no number",
+                "figure.family \"a.png\": y = \"count\" does not vary",
             ),
-            (format!("keep = ['events']\n{TILTS}[[figure.lengths]]\nfile = 'a.png'\n"), "keeps no ruptures"),
+            (
+                format!(
+                    "keep = ['events']\n{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'ft_fn_onset'\n\
+                     y = 'length_ratio'\n"
+                ),
+                "keeps no ruptures",
+            ),
         ] {
             let error = parse(&text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");
@@ -314,7 +318,12 @@ mod tests {
             (format!("{run}{run}"), "two runs are called a"),
             (run.replace("'a'", "'a/b'"), "run name \"a/b\" is no file name"),
             (run.replace("'default'", "'defualt'"), "did you mean default?"),
-            (format!("{run}[[figure.lengths]]\nfile = 'a.png'\n"), "figures of the tables of runs"),
+            (
+                format!(
+                    "{run}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'event_count'\n"
+                ),
+                "figures of the tables of runs",
+            ),
         ] {
             let error = of(&text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");
@@ -322,8 +331,6 @@ mod tests {
         {
             let series = "[[figure.lengths]]\nfile = 'a.png'\nseries = [{ run = 'a', label = 'a' }]\n";
             assert!(of(&format!("{run}{series}")).is_ok());
-            let error = of(&format!("{run}{series}colour = 'normal_load.tilt'\n")).unwrap_err();
-            assert!(error.contains("series and colour (accepted: "), "{error}");
             let family = "[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'precursor_count'\n";
             let error = of(&format!("scenario = 'slab'\n{TILTS}{run}{series}{family}")).unwrap_err();
             assert!(error.contains("would be written twice"), "{error}");

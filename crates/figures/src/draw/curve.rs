@@ -5,114 +5,102 @@ use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
+use serde::{Deserialize, Deserializer, de};
 
-use super::kind::{Figure, Framed, Parts, find, level_look};
+use super::kind::{Figure, Labelled, Parts, find, keys, level_look};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, GREY, INK, Layer, Panel, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Layout, Panel, Pen, RED, Shape, Sheet};
 
-/// The figures of named curves: of one run, or of several in the order of their labels.
-pub(crate) trait OfCurves: Framed + Sync {
-    /// The curves.
-    fn curves() -> &'static NamedCurves;
+keys! {
+    CurveFigure;
 
-    /// Each run with what the legend calls it, where there may be several.
-    fn labelled(&self) -> Vec<(Option<&str>, &str)>;
-
-    fn keys(&self) -> CurveKeys;
+    /// The curves, by their [name](outputs.md#curves).
+    #[serde(deserialize_with = "named")]
+    #[schemars(with = "String")]
+    pub(super) curve: &'static NamedCurves,
+    /// Keys of the curves.
+    #[serde(default)]
+    keys: CurveKeys,
+    /// The run, where it is one.
+    run: Option<String>,
+    /// In place of `run` several, each with its label in the legend.
+    #[serde(default)]
+    series: Vec<Labelled>,
 }
 
-/// Declares a figure of named curves, of one run or of several, with those of their keys that a pipeline may give.
-macro_rules! of_curves {
-    (@labelled $of:ident run) => { vec![(None, $of.run.as_str())] };
-    (@labelled $of:ident series) => {
-        $of.series.iter().map(|of| (Some(of.label.as_str()), of.run.as_str())).collect()
-    };
-    ($kind:ident: $runs:ident $name:literal { $($(#[$about:meta])* $key:ident: $type:ty),* $(,)? }) => {
-        $crate::draw::kind::keys! {
-            $kind: $runs;
-            $($(#[$about])* #[serde(default)] $key: $type,)*
-        }
-
-        impl $crate::draw::curve::OfCurves for $kind {
-            fn curves() -> &'static asperity_numbers::curve::NamedCurves {
-                asperity_numbers::curve::NamedCurves::find($name).expect("a kind is of curves that there are")
-            }
-
-            fn labelled(&self) -> Vec<(Option<&str>, &str)> {
-                $crate::draw::curve::of_curves!(@labelled self $runs)
-            }
-
-            fn keys(&self) -> asperity_numbers::curve::CurveKeys {
-                asperity_numbers::curve::CurveKeys {
-                    $($key: Clone::clone(&self.$key),)*
-                    ..Default::default()
-                }
-            }
-        }
-    };
+fn named<'de, D: Deserializer<'de>>(name: D) -> Result<&'static NamedCurves, D::Error> {
+    NamedCurves::find(&String::deserialize(name)?).map_err(de::Error::custom)
 }
 
-pub(super) use of_curves;
-
-impl<F: OfCurves> Figure for F {
+impl Figure for CurveFigure {
     /// What the axis across is called, and the curves.
     type Part = (&'static str, Vec<Curve>);
 
     fn runs(&self) -> Vec<&str> {
-        self.labelled().into_iter().map(|(_, run)| run).collect()
+        self.series.iter().map(|of| &of.run).chain(&self.run).map(String::as_str).collect()
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let CurveKeys { blocks, at_blocks, from_s, to_s, before, after } = &self.keys;
+        let given = [
+            ("blocks", blocks.is_some()),
+            ("at_blocks", !at_blocks.is_empty()),
+            ("from_s", from_s.is_some()),
+            ("to_s", to_s.is_some()),
+            ("before", before.is_some()),
+            ("after", after.is_some()),
+        ];
+        let NamedCurves { name, keys, .. } = self.curve;
+        match given.into_iter().find(|(key, is_given)| *is_given && !keys.contains(key)) {
+            Some((key, _)) => {
+                let accepted = if keys.is_empty() { "none".to_owned() } else { keys.join(", ") };
+                Err(format!("keys.{key}: curves {name} have no such key (accepted: {accepted})"))
+            }
+            None => Ok(()),
+        }
     }
 
     fn required_data(&self) -> RequiredData {
-        Self::curves().required_data(&self.keys())
+        self.curve.required_data(&self.keys)
     }
 
     fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        Ok((Self::curves().across(run), Self::curves().of(run, &self.keys())?))
+        Ok((self.curve.across(run), self.curve.of(run, &self.keys)?))
     }
 
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let NamedCurves { y, mut x, .. } = *Self::curves();
-        let mut panels = vec![(Vec::new(), Vec::new()); y.len()];
-        for (n, (of_run, run)) in self.labelled().into_iter().enumerate() {
+        let NamedCurves { y, mut x, .. } = *self.curve;
+        let labels = self.series.iter().map(|of| of.label.as_str()).chain([""]);
+        let mut panels: Vec<Vec<Layer>> = vec![Vec::new(); y.len()];
+        for (n, (label, run)) in labels.zip(self.runs()).enumerate() {
             let (across, curves) = find(&parts, run)?;
             x = across;
             let mut measured = vec![0; y.len()];
             for curve in curves {
-                let (layers, remarks): &mut (Vec<Layer>, Vec<Layer>) = &mut panels[curve.axis];
-                let said = |layer: &Layer| !curve.label.is_empty() && layer.label == curve.label;
-                if layers.iter().chain(remarks.iter()).any(said) {
+                let layers = &mut panels[curve.axis];
+                let is_of_run = curve.label.is_empty();
+                if !is_of_run && layers.iter().any(|layer| layer.label == curve.label) {
                     continue;
                 }
                 // Several curves of one run differ as those of several runs.
-                let place = of_run.map_or(measured[curve.axis], |_| n);
+                let place = if is_of_run { n } else { measured[curve.axis] };
                 measured[curve.axis] += usize::from(curve.role == Role::Measured);
-                let is_of_run = curve.label.is_empty() && curve.axis == 0 && curve.role != Role::Guide;
-                let label = of_run.filter(|_| is_of_run).unwrap_or(&curve.label);
-                let layer = layer(Self::curves().name, curve, Pen::nth(place, label));
-                if curve.role == Role::Remark { remarks } else { layers }.push(layer);
+                let is_labelled = is_of_run && curve.axis == 0 && curve.role != Role::Guide;
+                let label = if is_labelled { label } else { &curve.label };
+                layers.push(layer(self.curve.name, curve, Pen::nth(place, label)));
             }
         }
-        let values = |of: fn(&(f64, f64)) -> f64| {
-            let layers = panels.iter().flat_map(|(layers, _)| layers);
-            layers.flat_map(|layer| layer.points()).map(|point| of(&point)).collect::<Vec<f64>>()
-        };
-        let across = Scale::tight(x).fitted(values(|point| point.0).into_iter());
+        let points = panels.iter().flatten().flat_map(Layer::points);
+        let across = Scale::tight(x).fitted(points.map(|point| point.0));
         let last = y.len() - 1;
-        let mut panels: Vec<Panel> = panels
-            .into_iter()
-            .zip(y)
-            .enumerate()
-            .map(|(n, ((layers, remarks), y))| {
-                let x = if n == last { across.clone() } else { across.clone().unlabelled() };
-                Panel::new(x, Scale::free(y), layers.into_iter().chain(remarks).collect())
-            })
-            .collect();
-        let lower = panels.split_off(1).pop();
-        let upper = panels.remove(0);
-        Ok(match lower {
-            Some(lower) => Sheet::stacked(upper, lower),
-            None => Sheet::of(vec![upper]),
-        })
+        let panel = |(n, (mut layers, y)): (usize, (Vec<Layer>, &&str))| {
+            layers.sort_by_key(|layer| layer.shape == Shape::Remark);
+            let x = if n == last { across.clone() } else { across.clone().unlabelled() };
+            Panel::new(x, Scale::free(y), layers)
+        };
+        let panels = panels.into_iter().zip(y).enumerate().map(panel).collect();
+        let layout = if last > 0 { Layout::Stacked } else { Layout::Columns };
+        Ok(Sheet { layout, ..Sheet::of(panels) })
     }
 }
 

@@ -42,27 +42,6 @@ pub(crate) struct Part {
 }
 
 impl FrontSpeeds {
-    /// Checks the bins and the ends of the axis.
-    pub(super) fn check(&self) -> Result<(), String> {
-        let refused = |key: &str, value: f64, accepted: &str| {
-            Err(format!(
-                "front-speeds of {}: {key} = {value} is not accepted (accepted: {accepted})",
-                self.file
-            ))
-        };
-        let (from, to) = (self.from_speed.unwrap_or(1e-300), self.to_speed.unwrap_or(1e300));
-        if !(1..=50).contains(&self.bins_per_decade) {
-            return refused("bins_per_decade", f64::from(self.bins_per_decade), "1 to 50");
-        }
-        if !(from >= 1e-300 && from < to) {
-            return refused("from_speed", from, "a number above 0 and below to_speed");
-        }
-        if !(to > from && to <= 1e300) {
-            return refused("to_speed", to, "a number above from_speed");
-        }
-        Ok(())
-    }
-
     /// Where a speed, or an end of the axis, stands: in bins from the wave speed.
     fn place(&self, speed: f64) -> f64 {
         f64::from(self.bins_per_decade) * speed.log10()
@@ -139,6 +118,23 @@ fn words(label: &str, speeds: &[f64]) -> String {
 
 impl Figure for FrontSpeeds {
     of_runs_in!(series, Part);
+
+    fn check(&self) -> Result<(), String> {
+        let refused = |key: &str, value: f64, accepted: &str| {
+            Err(format!("{key} = {value} is not accepted (accepted: {accepted})"))
+        };
+        let (from, to) = (self.from_speed.unwrap_or(1e-300), self.to_speed.unwrap_or(1e300));
+        if !(1..=50).contains(&self.bins_per_decade) {
+            return refused("bins_per_decade", f64::from(self.bins_per_decade), "1 to 50");
+        }
+        if !(from >= 1e-300 && from < to) {
+            return refused("from_speed", from, "a number above 0 and below to_speed");
+        }
+        if !(to > from && to <= 1e300) {
+            return refused("to_speed", to, "a number above from_speed");
+        }
+        Ok(())
+    }
 
     fn required_data(&self) -> RequiredData {
         RequiredData::arrivals()
@@ -263,7 +259,7 @@ mod tests {
         let check = |keys: &str| figure(keys).check().unwrap_err();
         assert_eq!(
             check("from_speed = 0"),
-            "front-speeds of f.png: from_speed = 0 is not accepted (accepted: a number above 0 and below to_speed)"
+            "from_speed = 0 is not accepted (accepted: a number above 0 and below to_speed)"
         );
         assert!(check("from_speed = 2\nto_speed = 1").contains("below to_speed"));
         assert!(check("to_speed = inf").contains("to_speed = inf is not accepted"));

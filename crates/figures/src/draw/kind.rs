@@ -13,7 +13,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
-use crate::spec::Measured;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -24,19 +23,14 @@ pub(super) trait Figure: Framed + Sync {
     /// The runs it is made of.
     fn runs(&self) -> Vec<&str>;
 
-    /// Whether it is made of single runs, and not of the tables of runs over axes.
-    fn is_of_runs(&self) -> bool {
-        true
-    }
-
     /// What it reads of a run beside slip events, ruptures and switches.
     fn required_data(&self) -> RequiredData {
         RequiredData::NOTHING
     }
 
-    /// Its measured points; in words, what its file of them lacks.
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        Ok(None)
+    /// Checks its keys; in words, what is not accepted.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
     }
 
     /// Its part of a run; in words, what the run lacks.
@@ -54,7 +48,7 @@ pub(super) type Parts<P> = BTreeMap<String, P>;
 pub(super) trait AnyFigure: Framed + Sync {
     fn runs(&self) -> Vec<&str>;
     fn required_data(&self) -> RequiredData;
-    fn measured(&self) -> Result<Option<Measured>, String>;
+    fn check(&self) -> Result<(), String>;
     fn part(&self, run: &RunData) -> Result<AnyPart, String>;
     fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
 }
@@ -71,8 +65,8 @@ impl<F: Figure> AnyFigure for F {
         Figure::required_data(self)
     }
 
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        Figure::measured(self)
+    fn check(&self) -> Result<(), String> {
+        Figure::check(self)
     }
 
     fn part(&self, run: &RunData) -> Result<AnyPart, String> {
@@ -84,11 +78,7 @@ impl<F: Figure> AnyFigure for F {
         let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
-        let sheet = Sheet { title, width_mm, ..sheet };
-        Ok(match Figure::measured(self)? {
-            Some(measured) => sheet.with_measured(&measured),
-            None => sheet,
-        })
+        Ok(Sheet { title, width_mm, ..sheet })
     }
 }
 
@@ -122,7 +112,7 @@ macro_rules! keys {
         $crate::draw::kind::keys! {
             $figure;
             /// The runs, each with its label in the legend.
-            series: Vec<$crate::spec::Labelled>,
+            series: Vec<$crate::draw::kind::Labelled>,
             $($own)*
         }
     };
@@ -182,7 +172,15 @@ macro_rules! of_runs_in {
 
 pub(super) use {keys, of_one_run, of_runs_in};
 
-pub(super) use crate::spec::Labelled;
+/// A run and what the legend calls it.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Labelled {
+    /// The run.
+    pub(super) run: String,
+    /// Label in the legend; `k_t` and `k_{t}` set subscripts.
+    pub(super) label: String,
+}
 
 impl Labelled {
     pub(super) fn runs(&self) -> [&str; 1] {

@@ -10,10 +10,22 @@ use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
-use super::kind::{Figure, Frame, Framed, Parts, of_runs_in, with_pens};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Marker, Point, Shape, Sheet};
-use crate::spec::{Lengths, Measured};
+use crate::spec::{Measured, MeasuredFile};
+
+keys! {
+    Lengths: series;
+
+    /// The law drawn as a line; slabs, sheets and bodies have none.
+    law: Option<LengthLaw>,
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `F_T/F_N` and `L_p/L`,
+    /// each optionally with a column NAME_error. Its path is relative to this file.
+    pub(super) measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    measured_label: Option<String>,
+}
 
 /// What is shown of a run.
 pub(crate) struct Part {
@@ -31,26 +43,23 @@ pub(super) fn course(law: LengthLaw, parameters: &LengthLawParameters, steps: u3
     lengths.map(|length| (law.load_ratio(parameters, length), length)).collect()
 }
 
-impl Framed for Lengths {
-    fn frame(&self) -> Frame<'_> {
-        let Lengths { file, title, width_mm, .. } = self;
-        Frame { file, title, width_mm: *width_mm }
+impl Lengths {
+    /// Its measured points.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
+        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
 }
 
 impl Figure for Lengths {
     of_runs_in!(series, Part);
 
-    fn is_of_runs(&self) -> bool {
-        Lengths::is_of_runs(self)
-    }
-
     fn required_data(&self) -> RequiredData {
         RequiredData::LOADS
     }
 
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        Lengths::measured(self)
+    fn check(&self) -> Result<(), String> {
+        self.measured().map(drop)
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
@@ -100,7 +109,8 @@ impl Figure for Lengths {
         drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        Ok(Sheet::single(x, y, drawn).noted(&note.join(", ")))
+        let sheet = Sheet::single(x, y, drawn).noted(&note.join(", "));
+        Ok(sheet.with_measured(self.measured()?.as_ref()))
     }
 }
 

@@ -33,6 +33,14 @@ const MOST_LINES: usize = 40;
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
 
+impl Load {
+    /// Its measured points.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
+        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
+    }
+}
+
 impl Figure for Load {
     of_one_run!();
 
@@ -40,9 +48,8 @@ impl Figure for Load {
         RequiredData::LOADS
     }
 
-    fn measured(&self) -> Result<Option<Measured>, String> {
-        let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
-        MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
+    fn check(&self) -> Result<(), String> {
+        self.measured().map(drop)
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -59,7 +66,7 @@ impl Figure for Load {
         let series: Vec<Layer> =
             coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
         if !self.sliding {
-            return Ok(Sheet::single(x, y, series));
+            return Ok(Sheet::single(x, y, series).with_measured(self.measured()?.as_ref()));
         }
         let upper = Panel::new(x, y, series);
         // A line for each event. After the first slip of the whole slider there may be too many for
@@ -79,7 +86,7 @@ impl Figure for Load {
             Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
         let lower = Panel::new(x, y, series);
-        Ok(Sheet::stacked(upper, lower))
+        Ok(Sheet::stacked(upper, lower).with_measured(self.measured()?.as_ref()))
     }
 }
 

@@ -10,11 +10,10 @@ use crate::spec::Measured;
 const PURPLE: RGBColor = RGBColor(130, 40, 140);
 
 impl Sheet {
-    /// It with measured points in all panels of the quantity of the first, with axes that reach them.
-    pub(super) fn with_measured(mut self, measured: &Measured) -> Sheet {
-        let Some((x, y)) = self.panels.first().map(|panel| (panel.x.clone(), panel.y.clone())) else {
-            return self;
-        };
+    /// It with measured points, if there are any, in all panels of the quantity of the first, with axes that reach them.
+    pub(super) fn with_measured(mut self, measured: Option<&Measured>) -> Sheet {
+        let Some((measured, first)) = measured.zip(self.panels.first()) else { return self };
+        let (x, y) = (first.x.clone(), first.y.clone());
         let layers = measured.layers([&x, &y]);
         let points = || layers.iter().flat_map(Layer::points);
         for panel in &mut self.panels {
@@ -65,7 +64,7 @@ mod tests {
             points: vec![[[2.0, 0.5], [1.0, 3.0]], [[4.0, 0.0], [5.0, 0.0]]],
         };
         let ends = |x: Scale, y: Scale| {
-            let panel = Sheet::single(x, y, Vec::new()).with_measured(&measured).panels.remove(0);
+            let panel = Sheet::single(x, y, Vec::new()).with_measured(Some(&measured)).panels.remove(0);
             let [bars, marks] = &panel.layers[..] else { panic!("{panel:?}") };
             assert_eq!((marks.label.as_str(), marks.points()), ("lab", vec![(2.0, 1.0), (4.0, 5.0)]));
             let bars: Vec<_> = bars.points().into_iter().filter(|(x, _)| x.is_finite()).collect();

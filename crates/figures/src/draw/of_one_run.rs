@@ -8,6 +8,7 @@ use asperity_files::FileSet;
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
+use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::RunHeader;
@@ -21,7 +22,10 @@ use super::{Drawn, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
-const OF_SEVERAL: [&str; 6] = ["family", "front-speed", "phase-map", "spread", "stability-boundary", "study"];
+const OF_SEVERAL: [&str; 4] = ["family", "front-speed", "stability-boundary", "study"];
+
+/// The kind of figures of curves, which go by the names of the curves.
+const CURVE: &str = "curve";
 
 /// The kinds that are drawn where none is named: what is asked first of a run.
 pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
@@ -30,10 +34,7 @@ pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profil
 pub const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
 
 /// Keys that follow from the run.
-const FILLED_IN: [&str; 4] = ["file", "run", "series", "panel"];
-
-/// Keys of `lengths` that are of runs over axes.
-const OF_AXES: [&str; 6] = ["at", "colour", "colour_label", "colour_scale", "facet", "over"];
+const FILLED_IN: [&str; 6] = ["file", "run", "series", "panel", "curve", "keys"];
 
 /// The keys of all kinds, as their types describe them.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schema_for!(Figures).to_value());
@@ -49,7 +50,8 @@ impl Kind {
     /// All kinds, by name.
     pub fn all() -> impl Iterator<Item = Kind> {
         let names = SCHEMA["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str);
-        names.filter(|name| !OF_SEVERAL.contains(name)).map(|name| Kind { name })
+        let others = names.filter(|name| !OF_SEVERAL.contains(name) && *name != CURVE);
+        others.chain(NamedCurves::all().iter().map(|curves| curves.name)).map(|name| Kind { name })
     }
 
     /// The kind of this name.
@@ -57,8 +59,18 @@ impl Kind {
         Kind::all().find(|kind| kind.name == name)
     }
 
+    /// The curves that it shows, if nothing else.
+    fn curves(self) -> Option<&'static NamedCurves> {
+        NamedCurves::all().iter().find(|curves| curves.name == self.name)
+    }
+
+    /// Its name in a pipeline.
+    fn in_pipelines(self) -> &'static str {
+        self.curves().map_or(self.name, |_| CURVE)
+    }
+
     fn schema(self) -> &'static Value {
-        &SCHEMA["properties"][self.name]
+        &SCHEMA["properties"][self.in_pipelines()]
     }
 
     fn all_keys(self) -> impl Iterator<Item = &'static str> {
@@ -69,16 +81,16 @@ impl Kind {
 
     /// What it shows: the first sentence of its description in the manual.
     pub fn shows(self) -> String {
-        let about = spelled(self.schema()["description"].as_str().unwrap_or_default());
+        let of_kind = || self.schema()["description"].as_str().unwrap_or_default();
+        let about = spelled(self.curves().map_or_else(of_kind, |curves| curves.about));
         let sentence = about.split_once(". ").map_or(about.as_str(), |(first, _)| first);
         sentence.trim_end_matches('.').to_owned()
     }
 
     /// The keys that may be given.
     pub fn keys(self) -> Vec<&'static str> {
-        let is_free =
-            |key: &&str| !FILLED_IN.contains(key) && (self.name != "lengths" || !OF_AXES.contains(key));
-        self.all_keys().filter(is_free).collect()
+        let of_curves = self.curves().map_or(&[][..], |curves| curves.keys).iter().copied();
+        of_curves.chain(self.all_keys().filter(|key| !FILLED_IN.contains(key))).collect()
     }
 
     /// Checks keys, each given as `KEY=VALUE`, before any run is read.
@@ -107,12 +119,7 @@ impl Kind {
             duration_s: header.time_grid().time_s(header.steps),
             law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
         };
-        Ok(OneFigure {
-            kind: self,
-            run: run.to_owned(),
-            figures: self.figures(run, &about, set)?,
-            may_be_empty: false,
-        })
+        Ok(OneFigure { kind: self, figures: self.figures(run, &about, set)?, may_be_empty: false })
     }
 
     fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
@@ -124,7 +131,8 @@ impl Kind {
         for key in self.all_keys() {
             let value = match key {
                 "file" => json!(format!("{}.png", self.name)),
-                "run" => json!(run),
+                "run" if self.curves().is_none() => json!(run),
+                "curve" => json!(self.name),
                 "series" if self.name == "front-speeds" => grouped.clone(),
                 "series" | "panel" => labelled.clone(),
                 _ => continue,
@@ -132,9 +140,10 @@ impl Kind {
             keys.insert(key.to_owned(), value);
         }
         let understood = |keys: &Map<String, Value>| {
-            let figures: Figures = serde_json::from_value(json!({ self.name: [keys] }))?;
+            let figures: Figures = serde_json::from_value(json!({ self.in_pipelines(): [keys] }))?;
             Ok::<_, serde_json::Error>(figures)
         };
+        let mut figures = understood(&keys).map_err(|error| error.to_string())?;
         for assignment in set {
             let (key, value) = assignment
                 .split_once('=')
@@ -148,12 +157,13 @@ impl Kind {
             }
             // A value that is nothing else is text.
             let value = serde_json::from_str(value).unwrap_or_else(|_| json!(value));
-            keys.insert(key.to_owned(), value);
-            if let Err(error) = understood(&keys) {
-                return Err(format!("{assignment}: {error}"));
+            if self.curves().is_some_and(|curves| curves.keys.contains(&key)) {
+                keys.entry("keys").or_insert_with(|| json!({}))[key] = value;
+            } else {
+                keys.insert(key.to_owned(), value);
             }
+            figures = understood(&keys).map_err(|error| format!("{assignment}: {error}"))?;
         }
-        let mut figures = understood(&keys).map_err(|error| error.to_string())?;
         let read = |path: &str| text::read(path.as_ref()).map_err(|error| error.to_string());
         figures.measured_mut().try_for_each(|file| file.read(read))?;
         figures.check().map(|()| figures)
@@ -187,7 +197,7 @@ impl About {
             "displacement" => {
                 let mut shown = vec![1, blocks.div_ceil(2), *blocks];
                 shown.dedup();
-                json!({ "at_blocks": shown })
+                json!({ "keys": { "at_blocks": shown } })
             }
             "onset" => json!({ "blocks": columns, "logarithmic": false }),
             "friction" => json!({ "against": "velocity" }),
@@ -236,7 +246,6 @@ impl Target {
 pub struct OneFigure {
     /// Its kind.
     pub kind: Kind,
-    run: String,
     figures: Figures,
     may_be_empty: bool,
 }
@@ -250,7 +259,7 @@ impl OneFigure {
 
     /// What it reads of the run.
     pub fn required_data(&self) -> RequiredData {
-        self.figures.required_data(&self.run)
+        self.figures.all()[0].1.required_data()
     }
 
     /// Draws it, as files of a set. `provenance` is whether it names the code and bears a line at its foot.

@@ -8,6 +8,7 @@ mod curves;
 mod gather;
 mod map;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
@@ -22,14 +23,12 @@ use crate::{Figure, Kind};
 pub use gather::ScenarioOf;
 use gather::{Gathered, Heads, Row};
 
-/// The tables whose rows are asked for.
-const TABLES: [&str; 2] = ["runs", "ruptures"];
-
 /// Gathers what figures show, and draws them.
 #[derive(Debug)]
 pub struct Drawer {
     figures: Vec<Gathered>,
-    heads: [Heads; 2],
+    /// Of each table that has begun.
+    heads: HashMap<String, Heads>,
 }
 
 impl Drawer {
@@ -40,20 +39,18 @@ impl Drawer {
 
     /// A table with these columns begins.
     pub fn begin(&mut self, table: &str, columns: &[Column]) {
-        if let Some(n) = TABLES.iter().position(|name| *name == table) {
-            let heads = columns.iter().enumerate().map(|(at, column)| (column.name.to_string(), at));
-            self.heads[n] = heads.collect();
-        }
+        let heads = columns.iter().enumerate().map(|(at, column)| (column.name.to_string(), at));
+        self.heads.insert(table.to_owned(), heads.collect());
     }
 
     /// A row of a table: the ruptures of a run come before the run.
     pub fn row(&mut self, table: &str, cells: &[Cell]) {
-        let ([runs, ruptures], [of_runs, of_ruptures]) = (TABLES, &self.heads);
+        let Some(heads) = self.heads.get(table) else { return };
         for figure in &mut self.figures {
-            if table == runs {
-                figure.run(Row(of_runs, cells));
-            } else if table == ruptures && matches!(figure.figure.kind, Kind::Lengths { .. }) {
-                figure.rupture(Row(of_ruptures, cells));
+            match (table, figure.figure.kind) {
+                ("runs", _) => figure.run(Row(heads, cells)),
+                ("ruptures", Kind::Lengths { .. }) => figure.rupture(Row(heads, cells)),
+                _ => {}
             }
         }
     }
@@ -83,7 +80,7 @@ impl Drawer {
             };
             let Figure { title, width_mm, measured, .. } = &gathered.figure;
             let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
-            let sheet = measured.iter().fold(sheet, Sheet::with_measured);
+            let sheet = sheet.with_measured(measured.as_ref());
             let (page, about, _) =
                 drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
             let written = files_of(&folder.join(file));
@@ -108,7 +105,8 @@ fn what(gathered: &Gathered) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Axis, Figures, Key, Kind, Statistic};
+    use crate::draw::Figures;
+    use crate::{Axis, Family, Key, Kind, Statistic};
     use asperity_record::{Cell, Column, ColumnKind, EventPayload, Rupture};
     use asperity_testkit::scenario;
 
@@ -126,7 +124,7 @@ mod tests {
         };
         let axes = [key("normal_load.tilt", &[0.0, 0.5]), key("drive.stiffness_n_per_m", &[1.0, 2.0, 4.0])];
         let figures: Figures = toml::from_str(figure).unwrap();
-        let mut drawer = Drawer::new(&figures.understand(&axes, true).unwrap());
+        let mut drawer = Drawer::new(&Family::understand(&figures.family, &axes, true).unwrap());
         let column = |name: &'static str, kind| Column {
             name: name.into(),
             kind,
@@ -183,7 +181,7 @@ mod tests {
         sheet.layers().filter_map(|layer| of(&layer.shape)).collect()
     }
 
-    const MAP: &str = "[[phase-map]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
+    const MAP: &str = "[[family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'drive.stiffness_n_per_m'\n\
         colour = 'first_slip_s'\n";
 
     #[test]
@@ -293,7 +291,7 @@ mod tests {
     #[test]
     fn precursors_are_found_in_whatever_order_ruptures_come() {
         let mut gathered = gathered(
-            "[[lengths]]\nfile = 'a.png'\ncolour = 'normal_load.tilt'\nat = ['drive.stiffness_n_per_m=2']\n",
+            "[[family]]\nfile = 'a.png'\nx = 'ft_fn_onset'\ny = 'length_ratio'\ncolour = 'normal_load.tilt'\nat = ['drive.stiffness_n_per_m=2']\n",
         );
         // By onset: 2, a shorter one, one that misses block 1, 5, the whole slider, and one after it.
         for (number, onset_step, blocks, ft_fn) in [

@@ -112,14 +112,3 @@ pub struct Figure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<Measured>,
 }
-
-impl Figure {
-    /// What its kind is called where it is written.
-    pub fn word(&self) -> &'static str {
-        match self.kind {
-            Kind::PhaseMap { .. } => "phase-map",
-            Kind::Family { .. } => "family",
-            Kind::Lengths { .. } => "lengths",
-        }
-    }
-}

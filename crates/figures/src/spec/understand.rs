@@ -10,8 +10,8 @@ use asperity_record::{Cell, unit_of};
 
 use super::axes::{Axis, Key, read_place};
 use super::figure::{Figure, Kind, Quantity, Theory};
-use super::measured::{Measured, MeasuredFile};
-use super::written::{Common, Family, Figures, Lengths, PhaseMap, Scale};
+use super::measured::MeasuredFile;
+use super::written::{Family, OF_PRECURSORS, Scale};
 
 /// Most panels of a figure.
 const MOST_PANELS: usize = 12;
@@ -19,20 +19,21 @@ const MOST_PANELS: usize = 12;
 /// Most words that colours stand for; numbers are on a scale.
 const MOST_WORDS: usize = 8;
 
-impl Figures {
-    /// Those of the tables of runs over these axes, in the order of their kinds.
+impl Family {
+    /// The figures of the tables of runs over these axes.
     ///
     /// # Errors
-    /// In words, with kind and file of the figure, key, value and what is accepted.
-    pub fn understand(&self, axes: &[Axis<'_>], keeps_ruptures: bool) -> Result<Vec<Figure>, String> {
-        let known = Known(axes);
-        let maps = self.phase_map.iter().map(|map| (map.common(), known.phase_map(map)));
-        let families = self.family.iter().map(|family| (family.common(), known.family(family)));
-        let lengths = self.lengths.iter().map(|of| (of.common(), known.lengths(of, keeps_ruptures)));
-        let named = |(of, figure): (Common<'_>, Result<Figure, String>)| {
-            figure.map_err(|problem| format!("figure.{} {:?}: {problem}", of.kind, of.file))
+    /// In words, with the file of the figure, key, value and what is accepted.
+    pub fn understand(
+        all: &[Family],
+        axes: &[Axis<'_>],
+        keeps_ruptures: bool,
+    ) -> Result<Vec<Figure>, String> {
+        let known = |of: &Family| {
+            let figure = Known(axes).figure(of, keeps_ruptures);
+            figure.map_err(|problem| format!("figure.family {:?}: {problem}", of.file))
         };
-        let all = maps.chain(families).chain(lengths).map(named).collect::<Result<Vec<Figure>, _>>()?;
+        let all = all.iter().map(known).collect::<Result<Vec<Figure>, _>>()?;
         Figure::check_files(&all)?;
         Ok(all)
     }
@@ -43,12 +44,12 @@ impl Figure {
     /// the folder of figures, and nowhere else.
     ///
     /// # Errors
-    /// In words, with kind and file of the figure, and what is accepted.
+    /// In words, with the file of the figure, and what is accepted.
     pub fn check_files(figures: &[Figure]) -> Result<(), String> {
         let mut seen = BTreeSet::new();
         for figure in figures {
             let file = &figure.file;
-            let refused = |problem: String| format!("figure.{} {file:?}: {problem}", figure.word());
+            let refused = |problem: String| format!("figure.family {file:?}: {problem}");
             plain_file(file).map_err(refused)?;
             if !seen.insert(file) {
                 return Err(refused(format!("file = {file:?} appears twice (accepted: different names)")));
@@ -76,119 +77,142 @@ struct Known<'a>(&'a [Axis<'a>]);
 type Used<'a> = Vec<(&'static str, &'a str)>;
 
 impl Known<'_> {
-    fn phase_map(&self, map: &PhaseMap) -> Result<Figure, String> {
-        let PhaseMap { x, y, colour, statistic, .. } = map;
-        let (of_x, key_x) = self.key("x", x)?;
-        let (of_y, key_y) = self.key("y", y)?;
-        if x == y {
-            return Err(format!("x and y are both {x} (accepted: two keys)"));
-        }
-        let colours = number("colour", colour, &map.colour_label, map.colour_scale)?;
-        let kind = Kind::PhaseMap { statistic: *statistic, scattered: of_x == of_y };
-        let axes =
-            [of_key("x", key_x, &map.x_label, map.x_scale)?, of_key("y", key_y, &map.y_label, map.y_scale)?];
-        self.figure(map.common(), kind, axes, Some(colours), vec![("x", x), ("y", y)], None)
-    }
-
-    fn family(&self, family: &Family) -> Result<Figure, String> {
-        let Family { x, y, x_label, x_scale, .. } = family;
-        let mut used = Used::new();
-        let (across, joined) = match self.key("x", x) {
-            Ok((_, key)) if !key.is_number => {
-                return Err(format!(
-                    "x = {x:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
-                ));
-            }
-            Ok((axis, key)) => {
-                used.push(("x", x));
-                (of_key("x", key, x_label, *x_scale)?, self.0[axis].joined)
-            }
-            Err(no_key) => (number("x", x, x_label, *x_scale).map_err(|_| no_key)?, false),
-        };
-        if family.theory && used.is_empty() {
-            return Err(format!("theory = true with x = {x:?} (accepted: with a key that varies across)"));
-        }
-        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == y).map(|(_, theory)| *theory);
-        if family.theory && theory.is_none() {
-            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
-            return Err(format!("theory = true with y = {y:?} (accepted: with y one of {names})"));
-        }
-        let upwards = number("y", y, &family.y_label, family.y_scale)?;
-        let axes = [&across, &upwards].map(|of| ([of.column.as_str(), &of.label], of.log));
-        let measured = MeasuredFile::points(&family.measured, &family.measured_label, axes)?;
-        let kind = Kind::Family { joined, theory: theory.filter(|_| family.theory) };
-        let colours = self.colours(&family.colour, &family.common(), &mut used)?;
-        self.figure(family.common(), kind, [across, upwards], colours, used, measured)
-    }
-
-    fn lengths(&self, lengths: &Lengths, keeps_ruptures: bool) -> Result<Figure, String> {
-        if !keeps_ruptures {
-            return Err("its study keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
-        }
-        let mut used = Used::new();
-        let colours = self.colours(&lengths.colour, &lengths.common(), &mut used)?;
-        let axes = [("ft_fn_onset", "F_T/F_N"), ("last_block", "L_p/L")];
-        let axes = axes.map(|(column, label)| quantity(column, &None, || label.to_owned(), false));
-        let kind = Kind::Lengths { law: lengths.law };
-        self.figure(lengths.common(), kind, axes, colours, used, lengths.measured()?)
-    }
-
     /// The key of that name, and the number of its axis.
     fn key(&self, what: &str, name: &str) -> Result<(usize, &Key<'_>), String> {
         let keys = self.0.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
         keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
+            let may_be_number = matches!(what, "x" | "y");
             let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
-            let numbers: Vec<&str> = numbers_of_summary().filter(|_| what == "x").map(Number::name).collect();
+            let numbers: Vec<&str> =
+                numbers_of_summary().filter(|_| may_be_number).map(Number::name).collect();
             let meant = suggestion(name, [&names[..], &numbers[..]].concat());
-            let more =
-                if what == "x" { ", or with a family a number of `asperity summary --schema`" } else { "" };
+            let more = if may_be_number { ", or a number of `asperity summary --schema`" } else { "" };
             format!("{what} = {name:?} does not vary{meant} (accepted: {}{more})", names.join(", "))
         })
     }
 
-    fn colours<'a>(
+    /// A key that varies, with the number of its axis, or a number of the summary.
+    fn key_or_number<'a>(
         &self,
-        colour: &'a Option<String>,
-        of: &Common<'_>,
+        (what, name): (&'static str, &'a str),
+        label: &Option<String>,
+        scale: Option<Scale>,
+        used: &mut Used<'a>,
+    ) -> Result<(Option<usize>, Quantity), String> {
+        match self.key(what, name) {
+            Ok((axis, key)) => {
+                used.push((what, name));
+                Ok((Some(axis), of_key(what, key, label, scale)?))
+            }
+            Err(no_key) if Number::find(name).is_err() => Err(no_key),
+            Err(_) => Ok((None, number(what, name, label, scale)?)),
+        }
+    }
+
+    /// What a figure shows over which axes, before it is known what else it uses.
+    fn kind<'a>(
+        &self,
+        of: &'a Family,
+        keeps_ruptures: bool,
+        used: &mut Used<'a>,
+    ) -> Result<(Kind, [Quantity; 2]), String> {
+        let Family { x: across, y: upwards, x_label, y_label, .. } = of;
+        if [across, upwards] == OF_PRECURSORS {
+            if !keeps_ruptures {
+                return Err("its study keeps no ruptures (accepted: \"ruptures\" in keep)".to_owned());
+            }
+            let x = quantity(across, x_label, || "F_T/F_N".to_owned(), false);
+            let y = quantity(upwards, y_label, || "L_p/L".to_owned(), false);
+            return Ok((Kind::Lengths { law: of.law }, [x, y]));
+        }
+        let (of_x, x) = self.key_or_number(("x", across), x_label, of.x_scale, used)?;
+        let (of_y, y) = self.key_or_number(("y", upwards), y_label, of.y_scale, used)?;
+        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == upwards).map(|(_, theory)| *theory);
+        if of.theory && theory.is_none() {
+            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+            return Err(format!("theory = true with y = {upwards:?} (accepted: with y one of {names})"));
+        }
+        let kind = match (of_x, of_y) {
+            _ if across == upwards => {
+                return Err(format!("x and y are both {across} (accepted: two quantities)"));
+            }
+            (Some(of_x), Some(of_y)) => {
+                Kind::PhaseMap { statistic: of.statistic.unwrap_or_default(), scattered: of_x == of_y }
+            }
+            (None, _) if of_y.is_some() || of.theory => {
+                let with = if of.theory { "theory = true" } else { "a key as y" };
+                return Err(format!("{with} with x = {across:?} (accepted: with a key that varies across)"));
+            }
+            _ if x.is_word => {
+                return Err(format!(
+                    "x = {across:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
+                ));
+            }
+            _ => Kind::Family {
+                joined: of_x.is_some_and(|axis| self.0[axis].joined),
+                theory: theory.filter(|_| of.theory),
+            },
+        };
+        Ok((kind, [x, y]))
+    }
+
+    /// What the colours of a figure say.
+    fn colour<'a>(
+        &self,
+        of: &'a Family,
+        is_map: bool,
         used: &mut Used<'a>,
     ) -> Result<Option<Quantity>, String> {
-        let Some(name) = colour else { return Ok(None) };
+        let Family { colour_label: label, colour_scale: scale, .. } = of;
+        let Some(name) = &of.colour else {
+            let refused = "a phase map without colour (accepted: a number of the summary)";
+            return if is_map { Err(refused.to_owned()) } else { Ok(None) };
+        };
+        if is_map {
+            return number("colour", name, label, *scale).map(Some);
+        }
         let (_, key) = self.key("colour", name)?;
         let words = key.values.len();
         if !key.is_number && words > MOST_WORDS {
             return Err(format!("colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"));
         }
         used.push(("colour", name));
-        of_key("colour", key, of.colours.0, of.colours.1).map(Some)
+        of_key("colour", key, label, *scale).map(Some)
     }
 
     /// A figure with its facet and its slice; and that every axis has a part in it, since runs that differ in
     /// something else would stand in one place as if they were the same.
-    fn figure<'a>(
-        &'a self,
-        of: Common<'a>,
-        kind: Kind,
-        [x, y]: [Quantity; 2],
-        colour: Option<Quantity>,
-        mut used: Used<'a>,
-        measured: Option<Measured>,
-    ) -> Result<Figure, String> {
+    fn figure(&self, of: &Family, keeps_ruptures: bool) -> Result<Figure, String> {
+        let mut used = Used::new();
+        let (kind, [x, y]) = self.kind(of, keeps_ruptures, &mut used)?;
+        let is_map = matches!(kind, Kind::PhaseMap { .. });
+        let is_of_lengths = matches!(kind, Kind::Lengths { .. });
+        let unused = [
+            ("statistic", of.statistic.is_some() && !is_map, "a key as y"),
+            ("law", of.law.is_some() && !is_of_lengths, "y = \"length_ratio\""),
+        ];
+        if let Some((key, _, accepted)) = unused.iter().find(|(_, is_unused, _)| *is_unused) {
+            return Err(format!("{key} with y = {:?} (accepted: with {accepted})", of.y));
+        }
+        let colour = self.colour(of, is_map, &mut used)?;
+        let axes = [&x, &y].map(|of| ([of.column.as_str(), &of.label], of.log));
+        let measured = MeasuredFile::points(&of.measured, &of.measured_label, axes)?;
         let mut facet = None;
-        if let Some(name) = of.facet {
+        if let Some(name) = &of.facet {
             let (_, key) = self.key("facet", name)?;
             let panels = key.values.len();
-            if panels > MOST_PANELS && !of.at.iter().any(|at| at.starts_with(name)) {
+            if panels > MOST_PANELS && !of.at.iter().any(|at| at.starts_with(name.as_str())) {
                 return Err(format!("facet = {name:?} has {panels} values (accepted: up to {MOST_PANELS})"));
             }
             used.push(("facet", name));
             facet = Some(of_key("facet", key, &None, None)?);
         }
-        for name in of.over {
+        for name in &of.over {
             self.key("over", name)?;
             used.push(("over", name));
         }
         let mut at = Vec::new();
-        for text in of.at {
+        for text in &of.at {
             let (name, value) = text
                 .split_once('=')
                 .ok_or_else(|| format!("at: {text:?} is not accepted (accepted: key=value)"))?;
@@ -222,9 +246,9 @@ impl Known<'_> {
                 ));
             }
         }
-        let (file, title) = (of.file.to_owned(), of.title.to_owned());
+        let Family { file, title, width_mm, .. } = of.clone();
         let is_spread = !of.over.is_empty();
-        Ok(Figure { kind, file, title, width_mm: of.width_mm, x, y, colour, facet, is_spread, at, measured })
+        Ok(Figure { kind, file, title, width_mm, x, y, colour, facet, is_spread, at, measured })
     }
 }
 
@@ -325,7 +349,8 @@ fn greek(symbol: &str) -> String {
 mod tests {
     use asperity_record::Cell;
 
-    use crate::{Axis, Figures, Key, Kind, Theory};
+    use crate::draw::Figures;
+    use crate::{Axis, Family, Key, Kind, Theory};
 
     /// Axes of a sweep: tilts and stiffnesses by factors, drives by name, and seeds.
     fn axes() -> Vec<Axis<'static>> {
@@ -343,16 +368,17 @@ mod tests {
 
     fn understand(text: &str, keeps_ruptures: bool) -> Result<Vec<crate::Figure>, String> {
         let figures: Figures = toml::from_str(text).map_err(|error| error.to_string())?;
-        figures.understand(&axes(), keeps_ruptures)
+        Family::understand(&figures.family, &axes(), keeps_ruptures)
     }
 
-    const MAP: &str = "[[phase-map]]\nfile = 'map.png'\nx = 'normal_load.tilt'\n\
+    const MAP: &str = "[[family]]\nfile = 'map.png'\nx = 'normal_load.tilt'\n\
         y = 'friction.interfacial_stiffness_ratio'\ncolour = 'precursor_count'\nfacet = 'drive.kind'\n\
         over = ['friction.seed']\n";
     const FAMILY: &str = "[[family]]\nfile = 'load.png'\nx = 'friction.interfacial_stiffness_ratio'\n\
         y = 'first_global_rupture_ft_fn'\ncolour = 'normal_load.tilt'\nat = ['drive.kind=side']\n\
         over = ['friction.seed']\ntheory = true\n";
-    const LENGTHS: &str = "[[lengths]]\nfile = 'lengths.png'\nlaw = 'eq-5.22'\ncolour = 'normal_load.tilt'\n\
+    const LENGTHS: &str = "[[family]]\nfile = 'lengths.png'\nx = 'ft_fn_onset'\n\
+        y = 'length_ratio'\nlaw = 'eq-5.22'\ncolour = 'normal_load.tilt'\n\
         facet = 'friction.interfacial_stiffness_ratio'\nat = ['drive.kind=top', 'friction.seed=2']\n";
 
     #[test]
@@ -429,7 +455,7 @@ mod tests {
         let error = understand(LENGTHS, false).unwrap_err();
         assert_eq!(
             error,
-            "figure.lengths \"lengths.png\": its study keeps no ruptures (accepted: \"ruptures\" in keep)"
+            "figure.family \"lengths.png\": its study keeps no ruptures (accepted: \"ruptures\" in keep)"
         );
     }
 }

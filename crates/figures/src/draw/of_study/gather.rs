@@ -29,18 +29,16 @@ pub(super) struct Sample {
 /// The values that a quantity has in the runs shown, in the order in which they came.
 #[derive(Debug, Default)]
 pub(super) struct Values {
-    known: BTreeMap<String, usize>,
     pub(super) places: Vec<Cell>,
 }
 
 impl Values {
     fn index(&mut self, cell: &Cell) -> Option<usize> {
-        let (next, place) = (self.places.len(), place(cell)?);
-        let index = *self.known.entry(place.to_string()).or_insert(next);
-        if index == next {
+        let place = place(cell)?;
+        Some(self.places.iter().position(|known| *known == place).unwrap_or_else(|| {
             self.places.push(place);
-        }
-        Some(index)
+            self.places.len() - 1
+        }))
     }
 
     /// The words among them.

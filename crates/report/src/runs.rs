@@ -171,9 +171,12 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
         cells.extend(NUMBERS.map(|(key, _)| Cell::rounded(numbers[key].as_f64(), 5)));
         Row::from(cells)
     });
-    let more = match counted((differing.len() - shown.len()) as u64, "more key") {
-        _ if differing.len() == shown.len() => String::new(),
-        more => paragraph(&format!("They differ in {more}, which stand with each run.")),
+    let more = match differing.len() - shown.len() {
+        0 => String::new(),
+        more => {
+            let more = counted(more as u64, "more key");
+            paragraph(&format!("They differ in {more}, which stand with each run."))
+        }
     };
     format!("{}{more}", sortable_table("runs-in-numbers", "", &headings, rows))
 }

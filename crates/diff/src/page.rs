@@ -101,7 +101,8 @@ fn cell(cell: &Cell) -> Td {
     };
     match cell {
         Cell::Text(words) => Td::text(words),
-        Cell::Number(number) => Td::optional(Some(number).filter(|number| !number.is_empty())),
+        Cell::Number(number) if number.is_empty() => Td::None,
+        Cell::Number(number) => Td::number(number),
         Cell::Key(key) => {
             let key = text(key);
             let breaking = key.replace('.', ".<wbr>").replace('_', "_<wbr>");

@@ -9,7 +9,8 @@ use asperity_model::text;
 use asperity_numbers::Summarizer;
 use asperity_numbers::claim::Claim;
 use asperity_report::{
-    Contents, Entry, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture, index,
+    Contents, Entry, Figure, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture,
+    index,
 };
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_study::given::{Given, RECORD};
@@ -271,7 +272,7 @@ fn entry(folder: &Path, kind: Given, out: &Path, files: &FileSet) -> Result<Entr
         runs: recorded.runs.len() as u64,
         claims: claims(folder, &recorded.files)?,
         figures: there
-            .map(|figure| [format!("{way}{}", encoded(figure.file.as_bytes())), figure.title, figure.caption])
+            .map(|figure| Figure { file: format!("{way}{}", encoded(figure.file.as_bytes())), ..figure })
             .collect(),
     })
 }

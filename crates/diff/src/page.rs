@@ -72,7 +72,6 @@ fn block(block: Block) -> String {
 /// A table; one with a caption is folded below that.
 fn set(of: Table) -> String {
     let Table { caption, headings, rows, is_of_runs, left_out, .. } = of;
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     let rows = rows.iter().map(row);
     let mut out = match is_of_runs {
         true => sortable_table("runs", "", &headings, rows),
@@ -102,7 +101,8 @@ fn cell(cell: &Cell) -> Td {
     };
     match cell {
         Cell::Text(words) => Td::text(words),
-        Cell::Number(number) => Td::optional(Some(number).filter(|number| !number.is_empty())),
+        Cell::Number(number) if number.is_empty() => Td::None,
+        Cell::Number(number) => Td::number(number),
         Cell::Key(key) => {
             let key = text(key);
             let breaking = key.replace('.', ".<wbr>").replace('_', "_<wbr>");

@@ -1,7 +1,5 @@
 //! Claims on a page: the score, the lines beside a figure or a run, and the table of all.
 
-use std::collections::BTreeMap;
-
 use asperity_model::keys::KEYS;
 use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
@@ -30,52 +28,31 @@ pub(crate) fn differs(claim: &Claim) -> bool {
 pub(crate) const DIFFERING: &str = "Claims that differ";
 pub(crate) const ALL: &str = "Claims";
 
-/// How the claims of one speaker came out.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Score {
-    counts: BTreeMap<Verdict, u64>,
-}
-
-impl Score {
-    /// Of the claims of a speaker.
-    pub fn of(claims: &[Claim], speaker: Speaker) -> Score {
-        let mut score = Score::default();
-        for claim in claims.iter().filter(|claim| claim.of == speaker) {
-            *score.counts.entry(claim.own.verdict).or_default() += 1;
-        }
-        score
+/// How the claims of a speaker came out, as in `83 of 101 agree, 12 differ`; none without claims.
+fn score(claims: &[Claim], speaker: Speaker) -> Option<String> {
+    let of: Vec<Verdict> =
+        claims.iter().filter(|claim| claim.of == speaker).map(|claim| claim.own.verdict).collect();
+    let count = |verdict| of.iter().filter(|other| **other == verdict).count();
+    let mut words = format!("{} of {} agree", count(Verdict::Agrees), of.len());
+    for (verdict, _, said) in Verdict::ALL.into_iter().skip(1).filter(|(verdict, ..)| count(*verdict) > 0) {
+        words += &format!(", {} {said}", count(verdict));
     }
-
-    /// All in all.
-    pub fn total(&self) -> u64 {
-        self.counts.values().sum()
-    }
-
-    /// As in `83 of 101 agree, 12 differ`.
-    pub fn words(&self) -> String {
-        let of = |verdict| self.counts.get(&verdict).copied().unwrap_or_default();
-        let mut words = format!("{} of {} agree", of(Verdict::Agrees), self.total());
-        for (verdict, _, said) in Verdict::ALL.into_iter().skip(1).filter(|(verdict, ..)| of(*verdict) > 0) {
-            words += &format!(", {} {said}", of(verdict));
-        }
-        words
-    }
+    (!of.is_empty()).then_some(words)
 }
 
 /// Both speakers, and their headings.
-pub(crate) const SPEAKERS: [(Speaker, &str); 2] =
-    [(Speaker::Source, "The source"), (Speaker::Project, "This project")];
+const SPEAKERS: [(Speaker, &str); 2] = [(Speaker::Source, "The source"), (Speaker::Project, "This project")];
 
-/// The scores as lines of a heading.
-pub(crate) fn heading(claims: &[Claim]) -> String {
-    let mut out = String::new();
-    for (speaker, title) in SPEAKERS {
-        let score = Score::of(claims, speaker);
-        if score.total() > 0 {
-            out += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
-        }
-    }
-    out
+/// The attribute of lines of scores at the head of a page.
+pub(crate) const SCORE: &str = " class=\"score\"";
+
+/// The scores as lines, with these attributes of their tags.
+pub(crate) fn heading(claims: &[Claim], attributes: &str) -> String {
+    let line = |(speaker, title)| {
+        let score = score(claims, speaker)?;
+        Some(format!("<p{attributes}><b>{title}:</b> {}.</p>\n", text(score)))
+    };
+    SPEAKERS.into_iter().filter_map(line).collect()
 }
 
 /// The scores as a table, speaker by speaker and kind by kind.
@@ -108,9 +85,7 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
         return String::new();
     }
     let verdicts = Verdict::ALL.map(|(verdict, word, _)| format!("#{} {word}", mark(verdict).0));
-    let headings: Vec<&str> =
-        ["says", "kind"].into_iter().chain(verdicts.iter().map(String::as_str)).collect();
-    table("", &headings, rows)
+    table("", &[["says", "kind"].map(str::to_owned).as_slice(), &verdicts].concat(), rows)
 }
 
 /// A verdict, distinguished by word, mark and colour.
@@ -173,6 +148,15 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
 /// The name of a run as a link to its section of the page.
 pub(crate) fn link(run: &str) -> String {
     format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run))
+}
+
+/// The names of runs as [`link`]s, of more than eight the first.
+pub(crate) fn links<'a>(runs: impl IntoIterator<Item = &'a String>) -> String {
+    let mut links: Vec<String> = runs.into_iter().map(|run| link(run)).collect();
+    let more = links.len().saturating_sub(8);
+    links.truncate(8);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    links.join(", ") + &more
 }
 
 /// The words of the source in quotation marks.
@@ -311,20 +295,12 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
     out
 }
 
-/// The number of a figure: of `5.09` chapter 5 and 9.
-pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
-    let (chapter, number) = word.split_once('.')?;
-    let is_chapter = !chapter.is_empty() && chapter.chars().all(char::is_alphanumeric);
-    let number = number.trim_end_matches(|c: char| c.is_ascii_lowercase()).parse().ok()?;
-    is_chapter.then(|| (chapter.to_owned(), number))
-}
-
 #[cfg(test)]
 mod tests {
     use asperity_numbers::claim::{Claim, Judgement};
     use asperity_numbers::claims::{Kind, Speaker, Verdict};
 
-    use super::{Score, all, beside, differing, scores, worded};
+    use super::{all, beside, differing, score, scores, worded};
     use crate::symbols::lettered;
 
     /// As where there are no figures.
@@ -356,8 +332,8 @@ mod tests {
             claim(Speaker::Source, Verdict::Differs),
             claim(Speaker::Project, Verdict::Agrees),
         ];
-        assert_eq!(Score::of(&claims, Speaker::Source).words(), "1 of 2 agree, 1 differ");
-        assert_eq!(Score::of(&claims, Speaker::Project).words(), "1 of 1 agree");
+        assert_eq!(score(&claims, Speaker::Source).unwrap(), "1 of 2 agree, 1 differ");
+        assert_eq!(score(&claims, Speaker::Project).unwrap(), "1 of 1 agree");
         assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
         let first = differing(&claims, &about);
         assert_eq!((first.matches("<li>").count(), first.matches("<h3>Figure 5.9</h3>").count()), (1, 1));
@@ -378,7 +354,7 @@ mod tests {
         let mut open = claim(Speaker::Source, Verdict::Undecided);
         open.own.error = Some(0.25);
         let claims = [open, claim(Speaker::Source, Verdict::Agrees)];
-        assert_eq!(Score::of(&claims, Speaker::Source).words(), "1 of 2 agree, 1 undecided");
+        assert_eq!(score(&claims, Speaker::Source).unwrap(), "1 of 2 agree, 1 undecided");
         let shown = beside(&claims.iter().collect::<Vec<_>>());
         assert!(shown.contains("<span class=\"outcome undecided\">± undecided</span>"), "{shown}");
         assert!(shown.contains(">2 ± 0.25</span>"), "{shown}");

@@ -6,7 +6,7 @@ use asperity_numbers::claim::Claim;
 use asperity_record::RunHeader;
 use serde::{Deserialize, Serialize};
 
-use crate::figures::{Figure, Picture};
+use crate::figures::{Figure, data_url};
 use crate::study::{Link, Run, Study};
 
 /// The description of the page in a record.
@@ -16,21 +16,7 @@ pub struct Contents {
     /// The subject of the pipeline.
     pub title: String,
     /// Its figures, in the order of the page.
-    pub figures: Vec<Shown>,
-}
-
-/// A figure of the record.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Shown {
-    /// Its file, from the folder.
-    pub file: String,
-    /// Its title.
-    pub title: String,
-    /// Its caption.
-    pub caption: String,
-    /// The runs that it shows.
-    pub runs: Vec<String>,
+    pub figures: Vec<Figure>,
 }
 
 /// A record, as far as pages need it.
@@ -110,12 +96,12 @@ pub fn files_of_picture(png: &str) -> [String; 2] {
 /// Returns the contents of a file of a folder, given its path there; None if there is no such file.
 pub type ReadFile<'a, E> = dyn Fn(&str) -> Result<Option<Vec<u8>>, E> + 'a;
 
-/// The picture of a figure: SVG if there is one beside the PNG and it has no more than 600 kB, else PNG.
+/// The picture of a figure, as the address of its data: SVG if there is one beside the PNG and it has no more than 600 kB, else PNG.
 /// Files that are no pictures are not shown, since the name may be a link to anything.
 ///
 /// # Errors
 /// That of `read`.
-pub fn picture<E>(file: &str, read: &ReadFile<'_, E>) -> Result<Picture, E> {
+pub fn picture<E>(file: &str, read: &ReadFile<'_, E>) -> Result<Option<String>, E> {
     let [svg, png] = files_of_picture(file);
     let is_svg = |bytes: &Vec<u8>| {
         let text = std::str::from_utf8(bytes).unwrap_or_default();
@@ -125,8 +111,8 @@ pub fn picture<E>(file: &str, read: &ReadFile<'_, E>) -> Result<Picture, E> {
     };
     let is_png = |bytes: &Vec<u8>| bytes.starts_with(b"\x89PNG\r\n\x1a\n");
     Ok(match read(&svg)?.filter(is_svg) {
-        Some(svg) => Picture::Svg(svg),
-        None => read(&png)?.filter(is_png).map_or(Picture::None, Picture::Png),
+        Some(svg) => Some(data_url("svg+xml", &svg)),
+        None => read(&png)?.filter(is_png).map(|png| data_url("png", &png)),
     })
 }
 
@@ -144,32 +130,23 @@ impl Study {
         provenance: bool,
     ) -> Result<Study, E> {
         let name = |file: &str| file.rsplit('/').next().unwrap_or_default().to_owned();
+        let link = |file: &str| Link { path: encoded(file.as_bytes()), words: name(file) };
         let tables: Vec<&String> = files.iter().filter(|file| file.starts_with("tables/")).collect();
         let is_of = |file: &str, run: &Run| {
             name(file).strip_prefix(&run.name).is_some_and(|rest| rest.starts_with('.'))
         };
         for run in &mut runs {
             let own = tables.iter().filter(|file| is_of(file, run));
-            let mut links: Vec<Link> =
-                own.map(|file| Link { path: encoded(file.as_bytes()), words: name(file) }).collect();
-            links.sort();
-            let log = format!("runs/{}.mcap", run.name);
-            let log = Link { path: encoded(log.as_bytes()), words: name(&log) };
-            links.insert(0, log);
-            run.links = links;
+            run.links = own.map(|file| link(file)).collect();
+            run.links.sort();
+            run.links.insert(0, link(&format!("runs/{}.mcap", run.name)));
         }
         let of_several = tables.iter().filter(|file| !runs.iter().any(|run| is_of(file, run)));
-        let mut links: Vec<Link> =
-            of_several.map(|file| Link { path: encoded(file.as_bytes()), words: name(file) }).collect();
+        let mut links: Vec<Link> = of_several.map(|file| link(file)).collect();
         links.sort();
-        let figures = contents.figures.iter().map(|shown| {
-            Ok(Figure {
-                path: encoded(shown.file.as_bytes()),
-                title: shown.title.clone(),
-                caption: shown.caption.clone(),
-                runs: shown.runs.clone(),
-                picture: picture(&shown.file, read)?,
-            })
+        let figures = contents.figures.iter().map(|figure| {
+            let (file, picture) = (encoded(figure.file.as_bytes()), picture(&figure.file, read)?);
+            Ok(Figure { file, picture, ..figure.clone() })
         });
         let figures = figures.collect::<Result<_, E>>()?;
         Ok(Study { title: contents.title.clone(), figures, runs, claims, links, provenance })
@@ -181,7 +158,7 @@ impl Study {
         for link in of_runs.chain(&mut self.links) {
             link.path.insert_str(0, way);
         }
-        self.figures.iter_mut().for_each(|figure| figure.path.insert_str(0, way));
+        self.figures.iter_mut().for_each(|figure| figure.file.insert_str(0, way));
     }
 }
 
@@ -196,7 +173,7 @@ pub fn encoded(path: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{ReadFile, Recorded, SVG_MOST, encoded, picture};
-    use crate::figures::Picture;
+    use crate::figures::data_url;
 
     const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 
@@ -208,13 +185,14 @@ mod tests {
             let svg = [head.to_vec(), vec![b' '; svg - head.len()]].concat();
             move |file: &str| Ok(Some(if file.ends_with(".svg") { svg.clone() } else { PNG.to_vec() }))
         };
-        assert!(matches!(shown(&both(99)), Ok(Picture::Svg(_))));
-        assert!(matches!(shown(&both(SVG_MOST)), Ok(Picture::Svg(_))));
-        assert_eq!(shown(&both(SVG_MOST + 1)), Ok(Picture::Png(PNG.to_vec())));
-        assert_eq!(shown(&|_| Ok(None)), Ok(Picture::None));
+        let is_svg = |url: String| url.starts_with("data:image/svg+xml;base64,");
+        assert!(shown(&both(99)).unwrap().is_some_and(is_svg));
+        assert!(shown(&both(SVG_MOST)).unwrap().is_some_and(is_svg));
+        assert_eq!(shown(&both(SVG_MOST + 1)), Ok(Some(data_url("png", PNG))));
+        assert_eq!(shown(&|_| Ok(None)), Ok(None));
         assert_eq!(shown(&|_| Err("unreadable")), Err("unreadable"));
         // Any other file with such a name.
-        assert_eq!(shown(&|_| Ok(Some(b"PRETTY_NAME=\"x\"".to_vec()))), Ok(Picture::None));
+        assert_eq!(shown(&|_| Ok(Some(b"PRETTY_NAME=\"x\"".to_vec()))), Ok(None));
     }
 
     #[test]

@@ -5,19 +5,6 @@ use asperity_model::{Preview, Scenario};
 use crate::html::markup::text;
 use crate::symbols::{lettered, rounded, symbol};
 
-/// A number that follows from a scenario.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Derived {
-    /// Its symbol or name, as HTML.
-    pub(crate) symbol: String,
-    /// Its value, as HTML.
-    pub(crate) text: String,
-    /// Its unit, empty for none.
-    pub(crate) unit: &'static str,
-    /// Its meaning.
-    pub(crate) meaning: &'static str,
-}
-
 /// How a number is computed, and its meaning.
 type Number = (&'static str, fn(&Preview) -> Option<f64>, &'static str, &'static str);
 
@@ -62,48 +49,36 @@ const NUMBERS: [Number; 8] = [
     ),
 ];
 
-/// The numbers that follow from scenarios; without those that no scenario has, and without values where
-/// scenarios differ.
-pub(crate) fn rows<'a>(scenarios: impl Iterator<Item = &'a Scenario>) -> Vec<Derived> {
+/// The numbers that follow from scenarios as a list, for the place beside the parameters; without those that no
+/// scenario has, and without values where scenarios differ.
+pub(crate) fn list<'a>(scenarios: impl Iterator<Item = &'a Scenario>) -> String {
     let previews: Vec<Preview> = scenarios.map(Scenario::preview).collect();
     let row = |(name, value, unit, meaning): &Number| {
         let first = previews.iter().find_map(value)?;
-        let text = match previews.iter().all(|preview| value(preview) == Some(first)) {
-            true => rounded(first, 4),
-            false => "differs".to_owned(),
+        let value = match previews.iter().all(|preview| value(preview) == Some(first)) {
+            true => format!("{} {unit}", rounded(first, 4)),
+            false => "differs ".to_owned(),
         };
         let is_symbol = !name.contains("F_T") && !name.contains(" at");
         let symbol = if is_symbol { symbol(name) } else { lettered(name) };
-        Some(Derived { unit: if text == "differs" { "" } else { unit }, symbol, text, meaning })
+        Some(format!("<div title=\"{}\"><dt>{symbol}</dt><dd>{value}</dd></div>\n", text(meaning)))
     };
-    NUMBERS.iter().filter_map(row).collect()
-}
-
-/// These numbers as a list, for the place beside the parameters.
-pub(crate) fn list<'a>(scenarios: impl Iterator<Item = &'a Scenario>) -> String {
-    let row = |Derived { symbol, text: value, unit, meaning }: Derived| {
-        format!("<div title=\"{}\"><dt>{symbol}</dt><dd>{value} {unit}</dd></div>\n", text(meaning))
-    };
-    format!(
-        "<dl class=\"main derived\">\n{}</dl>\n",
-        rows(scenarios).into_iter().map(row).collect::<String>()
-    )
+    format!("<dl class=\"main derived\">\n{}</dl>\n", NUMBERS.iter().filter_map(row).collect::<String>())
 }
 
 #[cfg(test)]
 mod tests {
     use asperity_model::resolve;
 
-    use super::rows;
+    use super::list;
 
     #[test]
     fn what_follows_from_one_run_and_from_two() {
         let of = |set: &str| resolve("default", &["parameter_set=as-stated", set]).unwrap();
         let said = |scenarios: &[_]| -> Vec<String> {
-            rows(scenarios.iter())
-                .iter()
-                .map(|row| format!("{} {} {}", row.symbol, row.text, row.unit))
-                .collect()
+            let list = list(scenarios.iter());
+            let rows = list.lines().filter_map(|row| row.split_once("<dt>")?.1.strip_suffix("</dd></div>"));
+            rows.map(|row| row.replace("</dt><dd>", " ")).collect()
         };
         let one = said(&[of("time.duration_s=4")]);
         assert_eq!(one.len(), 8);

@@ -3,55 +3,64 @@
 use asperity_numbers::claim::Claim;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use serde::{Deserialize, Serialize};
 
-use crate::claims::{beside, differs, link, numbered};
-use crate::html::markup::text;
+use crate::claims::{self, beside, differs, links};
+use crate::html::markup::{section, text};
 use crate::symbols::lettered;
 
 /// A figure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Figure {
-    /// Its file, from the folder of the page.
-    pub path: String,
+    /// Its file, from the folder of the record or, on a page, as a link from there.
+    pub file: String,
     /// Its title; where there is none, it is called by the first sentence of its caption.
     pub title: String,
     /// Its caption.
     pub caption: String,
     /// The runs that it shows.
     pub runs: Vec<String>,
-    /// The picture.
-    pub picture: Picture,
+    /// The picture, as the address of its data; none if it is not there.
+    #[serde(skip)]
+    pub picture: Option<String>,
 }
 
 /// A picture of a kind, as `png`, for a place where HTML or SVG has an address.
-pub fn data_url(kind: &str, bytes: &[u8]) -> String {
+pub(crate) fn data_url(kind: &str, bytes: &[u8]) -> String {
     format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))
 }
 
-/// The picture of a figure.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Picture {
-    /// PNG.
-    Png(Vec<u8>),
-    /// SVG.
-    Svg(Vec<u8>),
-    /// It is not there.
-    None,
-}
-
 impl Figure {
-    /// Its name in headings.
+    /// Its name in headings: its number in the source, its title, or the first sentence of its caption.
     pub(crate) fn name(&self) -> String {
-        name(&self.path, &self.title, &self.caption)
+        match self.stem().strip_prefix("figure-").and_then(numbered) {
+            Some((chapter, number)) => format!("Figure {chapter}.{number}"),
+            None if self.title.is_empty() => {
+                self.caption.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+            }
+            None => self.title.clone(),
+        }
+    }
+
+    /// The name of its file without folder and ending.
+    fn stem(&self) -> &str {
+        let file = self.file();
+        file.rsplit_once('.').map_or(file, |(stem, _)| stem)
+    }
+
+    /// Its anchor on the page, unique whatever the name of its file.
+    pub(crate) fn place(&self) -> String {
+        format!("figure-of-{}", self.stem())
     }
 
     fn file(&self) -> &str {
-        self.path.rsplit('/').next().unwrap_or_default()
+        self.file.rsplit('/').next().unwrap_or_default()
     }
 
     /// Words that lead to it.
     fn link(&self, words: &str) -> String {
-        format!("<a href=\"#{}\">{}</a>", text(place_of(&self.path)), lettered(words))
+        format!("<a href=\"#{}\">{}</a>", text(self.place()), lettered(words))
     }
 
     /// Whether it shows a claim.
@@ -70,31 +79,17 @@ impl Figure {
         format!("{}: {}{runs}", self.name(), self.caption)
     }
 
-    /// The picture as HTML; `None` where there is none.
-    fn image(&self) -> Option<String> {
-        let (kind, bytes) = match &self.picture {
-            Picture::Png(bytes) => ("png", bytes),
-            Picture::Svg(bytes) => ("svg+xml", bytes),
-            Picture::None => return None,
-        };
-        Some(format!(
-            "<a href=\"{}\"><img alt=\"{}\" src=\"{}\"></a>",
-            text(&self.path),
-            text(self.alternative()),
-            data_url(kind, bytes)
-        ))
-    }
-
     fn html<'a>(&self, claims: impl Iterator<Item = &'a Claim>) -> String {
         let about: Vec<&Claim> = claims.filter(|claim| self.is_meant_by(claim)).collect();
         let said = beside(&about);
         let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
-        let image =
-            self.image().unwrap_or_else(|| "<p class=\"soft\">This figure is not there.</p>".to_owned());
-        let links: Vec<String> = self.runs.iter().take(8).map(|run| link(run)).collect();
-        let more = match self.runs.len().saturating_sub(8) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
+        let image = match &self.picture {
+            Some(picture) => format!(
+                "<a href=\"{}\"><img alt=\"{}\" src=\"{picture}\"></a>",
+                text(&self.file),
+                text(self.alternative())
+            ),
+            None => "<p class=\"soft\">This figure is not there.</p>".to_owned(),
         };
         let name = self.name();
         // A caption that begins with the name continues after it.
@@ -104,14 +99,14 @@ impl Figure {
         };
         let runs = match self.runs.len() {
             0 => String::new(),
-            1 => format!(" Run {}.", links[0]),
-            _ => format!(" Runs {}{more}.", links.join(", ")),
+            1 => format!(" Run {}.", links(&self.runs)),
+            _ => format!(" Runs {}.", links(&self.runs)),
         };
         format!(
             "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}{}</b>{}{runs}</figcaption></figure>\n\
              {said}</div>\n",
             if said.is_empty() { " alone" } else { "" },
-            text(place_of(&self.path)),
+            text(self.place()),
             lettered(&name),
             end,
             lettered(rest)
@@ -119,37 +114,22 @@ impl Figure {
     }
 }
 
-/// The number that the name of a figure's file has: chapter and figure.
-fn number(path: &str) -> Option<(String, u32)> {
-    numbered(stem(path).strip_prefix("figure-")?)
+/// The number of a figure: of `5.09` chapter 5 and 9.
+fn numbered(word: &str) -> Option<(&str, u32)> {
+    let (chapter, number) = word.split_once('.')?;
+    let is_chapter = !chapter.is_empty() && chapter.chars().all(char::is_alphanumeric);
+    let number = number.trim_end_matches(|c: char| c.is_ascii_lowercase()).parse().ok()?;
+    is_chapter.then_some((chapter, number))
 }
 
-/// The name of a figure: its number in the source, its title, or the first sentence of its caption.
-pub(crate) fn name(path: &str, title: &str, caption: &str) -> String {
-    match number(path) {
-        Some((chapter, number)) => format!("Figure {chapter}.{number}"),
-        None if title.is_empty() => {
-            caption.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
-        }
-        None => title.to_owned(),
-    }
-}
-
-/// The name of a figure's file without folder and ending.
-pub(crate) fn stem(path: &str) -> &str {
-    let file = path.rsplit('/').next().unwrap_or_default();
-    file.rsplit_once('.').map_or(file, |(stem, _)| stem)
-}
-
-/// The anchor of a figure on the page, unique whatever the name of its file.
-pub(crate) fn place_of(path: &str) -> String {
-    format!("figure-of-{}", stem(path))
-}
-
-/// The first figure, with the claims about it that do not differ: those that do stand beside it.
-pub(crate) fn first(figures: &[Figure], claims: &[Claim]) -> String {
+/// What a study found, before what was asked: its first figure beside the claims that differ; with the figure are
+/// those that do not.
+pub(crate) fn result(figures: &[Figure], claims: &[Claim]) -> String {
     let agreeing = || claims.iter().filter(|claim| !differs(claim));
-    figures.first().map_or_else(String::new, |figure| figure.html(agreeing()))
+    let first = figures.first().map_or_else(String::new, |figure| figure.html(agreeing()));
+    let differing = claims::differing(claims, &|claim| about(claim, figures));
+    let parts = first + &section(claims::DIFFERING, &differing);
+    if parts.is_empty() { parts } else { format!("<div class=\"result\">\n{parts}</div>\n") }
 }
 
 /// The figures after the first.
@@ -175,16 +155,15 @@ pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
 mod tests {
     use asperity_numbers::claim::Claim;
 
-    use super::{Figure, Picture, about, first};
+    use super::{Figure, about, data_url, result};
 
     #[test]
     fn what_a_claim_is_about_leads_to_the_first_figure_that_shows_it() {
         let figure = |file: &str, title: &str| Figure {
-            path: format!("figures/{file}"),
+            file: format!("figures/{file}"),
             title: title.to_owned(),
             caption: "Counts.".to_owned(),
-            runs: Vec::new(),
-            picture: Picture::None,
+            ..Figure::default()
         };
         let figures = [figure("a.png", "Slips"), figure("figure-5.09.png", "")];
         let of = |words: &str, files: &[&str]| {
@@ -202,22 +181,22 @@ mod tests {
     #[test]
     fn every_figure_has_words_for_those_who_do_not_see_it() {
         let figure = Figure {
-            path: "figures/figure-5.09.png".to_owned(),
+            file: "figures/figure-5.09.png".to_owned(),
             title: "Lengths".to_owned(),
             caption: "L_p/L against F_T/F_N.".to_owned(),
             runs: vec!["default".to_owned(), "tilted".to_owned()],
-            picture: Picture::Png(b"png".to_vec()),
+            picture: Some(data_url("png", b"png")),
         };
-        let html = first(std::slice::from_ref(&figure), &[]);
+        let html = result(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
         assert!(html.contains(". </b>L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
-        let path = "figures/speed-over-c.png".to_owned();
-        let gone = Figure { picture: Picture::None, path, ..figure };
-        let html = first(std::slice::from_ref(&gone), &[]);
+        let file = "figures/speed-over-c.png".to_owned();
+        let gone = Figure { picture: None, file, ..figure };
+        let html = result(std::slice::from_ref(&gone), &[]);
         assert!(html.contains("<b>Lengths. </b>") && html.contains("not there"), "{html}");
         let of = |caption: &str| Figure { title: String::new(), caption: caption.to_owned(), ..gone.clone() };
         assert_eq!(of("Lengths, and loads. More.").name(), "Lengths, and loads");
-        assert!(first(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
+        assert!(result(&[of("A against b.")], &[]).contains("<b>A against b</b>."));
     }
 }

@@ -3,8 +3,8 @@
 
 use asperity_numbers::claim::Claim;
 
-use crate::claims::{SPEAKERS, Score};
-use crate::figures::{name, place_of};
+use crate::claims::{SCORE, heading};
+use crate::figures::Figure;
 use crate::html::Document;
 use crate::html::markup::{counted, text};
 use crate::page::STYLE;
@@ -21,49 +21,40 @@ pub struct Entry {
     pub runs: u64,
     /// Its claims.
     pub claims: Vec<Claim>,
-    /// Its figures: path from the folder of the page, title, and caption.
-    pub figures: Vec<[String; 3]>,
+    /// Its figures, which are beside the page.
+    pub figures: Vec<Figure>,
 }
 
 /// The page of several studies. Its pictures are files beside it.
 pub fn index(title: &str, entries: &[Entry]) -> String {
     let mut main = format!("<header>\n<h1>{}</h1>\n", text(title));
-    for (speaker, title) in SPEAKERS {
-        let all: Vec<Claim> = entries.iter().flat_map(|entry| entry.claims.clone()).collect();
-        let score = Score::of(&all, speaker);
-        if score.total() > 0 {
-            main += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
-        }
-    }
-    main += &format!("<p class=\"soft\">{}.</p>\n</header>\n", studies(entries.len()));
+    let all: Vec<Claim> = entries.iter().flat_map(|entry| entry.claims.clone()).collect();
+    main += &heading(&all, SCORE);
+    let studies = if entries.len() == 1 { "study" } else { "studies" };
+    main += &format!("<p class=\"soft\">{} {studies}.</p>\n</header>\n", entries.len());
     for entry in entries {
         let title = match &entry.report {
             Some(report) => format!("<a href=\"{}\">{}</a>", text(report), text(&entry.title)),
             None => text(&entry.title),
         };
         main += &format!("<section>\n<h2>{title}</h2>\n");
-        for (speaker, title) in SPEAKERS {
-            let score = Score::of(&entry.claims, speaker);
-            if score.total() > 0 {
-                main += &format!("<p><b>{title}:</b> {}.</p>\n", text(score.words()));
-            }
-        }
+        main += &heading(&entry.claims, "");
         main += &format!(
             "<p class=\"soft\">{}, {}.</p>\n<div class=\"thumbnails\">\n",
             counted(entry.runs, "run"),
             counted(entry.figures.len() as u64, "figure")
         );
-        for [path, title, words] in &entry.figures {
+        for figure in &entry.figures {
             let target = match &entry.report {
-                Some(report) => format!("{report}#{}", place_of(path)),
-                None => path.clone(),
+                Some(report) => format!("{report}#{}", figure.place()),
+                None => figure.file.clone(),
             };
             main += &format!(
                 "<a href=\"{}\"><img loading=\"lazy\" src=\"{}\" alt=\"{}\"><span>{}</span></a>\n",
                 text(target),
-                text(path),
-                text(first_sentence(words)),
-                lettered(&name(path, title, words))
+                text(&figure.file),
+                text(first_sentence(&figure.caption)),
+                lettered(&figure.name())
             );
         }
         main += "</div>\n</section>\n";
@@ -76,24 +67,25 @@ fn first_sentence(words: &str) -> &str {
     words.find(". ").map_or(words, |end| &words[..=end])
 }
 
-fn studies(count: usize) -> String {
-    if count == 1 { "1 study".to_owned() } else { format!("{count} studies") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Entry, index};
+    use crate::figures::Figure;
 
     #[test]
     fn every_figure_leads_to_its_place_in_the_report() {
+        let figure = |words: [&str; 3]| {
+            let [file, title, caption] = words.map(str::to_owned);
+            Figure { file, title, caption, ..Figure::default() }
+        };
         let entry = Entry {
             title: "A & B".to_owned(),
             report: Some("a/report.html".to_owned()),
             runs: 2,
             claims: Vec::new(),
             figures: vec![
-                ["a/figures/figure-5.09.png", "", "Lengths at 0.5 s. Shown: all."].map(str::to_owned),
-                ["a/figures/load.png", "Load: tilt 0.5", "Load. Shown: all."].map(str::to_owned),
+                figure(["a/figures/figure-5.09.png", "", "Lengths at 0.5 s. Shown: all."]),
+                figure(["a/figures/load.png", "Load: tilt 0.5", "Load. Shown: all."]),
             ],
         };
         let html = index("All", &[entry.clone(), Entry { report: None, ..entry }]);

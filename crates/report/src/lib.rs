@@ -27,7 +27,7 @@
 //! - `lattice_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `parameter_table`: the parameters of scenarios; `derived`: quantities that follow from them.
 //! - `over_area`: the map over the area of contact of a rupture.
-//! - `verdict`, `claims`, `figures`, `result`, `runs`: parts of the page.
+//! - `verdict`, `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: the description of a page in its folder.
 //! - `page`: the page of a study; `sweep`: that of a parameter study; `index`: that of several.
 
@@ -44,7 +44,6 @@ mod page;
 mod page_collector;
 mod parameter_table;
 mod pen;
-mod result;
 mod runs;
 mod sketch;
 mod study;
@@ -52,9 +51,8 @@ mod sweep;
 mod symbols;
 mod verdict;
 
-pub use claims::Score;
-pub use contents::{Contents, ReadFile, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
-pub use figures::{Figure, Picture, data_url};
+pub use contents::{Contents, ReadFile, Recorded, RecordedRun, encoded, files_of_picture, picture};
+pub use figures::Figure;
 pub use index::{Entry, index};
 pub use page_collector::{Collected, Limits, PageCollector};
 pub use sketch::sketch_alone;

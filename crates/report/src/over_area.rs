@@ -41,14 +41,9 @@ pub(crate) struct OverArea {
 /// The first place on the map and then the steps from place to place; steps from the onset to the arrival; the slip, µm.
 type MapRow = (Vec<u32>, Vec<u64>, Vec<Option<f64>>);
 
-/// Whether a run is over an area.
-fn is_over_area(run: &Run) -> bool {
-    run.header.contacts().is_area()
-}
-
-/// Whether a page has such a run.
+/// Whether a page has a run over an area.
 pub(crate) fn is_needed(runs: &[Run]) -> bool {
-    runs.iter().any(is_over_area)
+    runs.iter().any(|run| run.header.contacts().is_area())
 }
 
 /// The data of a run for the script; none in a single row.
@@ -63,7 +58,7 @@ pub(crate) fn data(run: &Run) -> Option<OverArea> {
         let row = (places, cells.iter().map(since).collect(), cells.iter().map(slip_um).collect());
         Some((seen.rupture.rupture, row))
     };
-    is_over_area(run).then(|| OverArea {
+    run.header.contacts().is_area().then(|| OverArea {
         columns: run.header.contacts().columns().div_ceil(stride),
         stride,
         slipped: run.collected.ruptures.iter().map(|seen| seen.rupture.slipped()).collect(),

@@ -9,7 +9,6 @@ use crate::derived;
 use crate::html::markup::{counted, sections_with_contents, text};
 use crate::html::{CURVES, Document, LONG_TABLE, MAP, Part};
 use crate::parameter_table::{self, Parameters, differing, parameters};
-use crate::result::result;
 use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::symbols::number;
@@ -41,7 +40,7 @@ impl Study {
         };
         let pair = runs::pair(&self.runs);
         let details = runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches);
-        let result = result(&self.figures, &self.claims);
+        let result = figures::result(&self.figures, &self.claims);
         let rest = [
             ("Score", claims::scores(&self.claims)),
             ("What was asked", what),
@@ -69,7 +68,7 @@ impl Study {
         parts.push(SCRIPT);
         Document {
             title: self.title.clone(),
-            main: main + &self.footer(),
+            main: main + &footer(&self.made()),
             data: self.runs.iter().map(runs::data).collect(),
             parts: &parts,
         }
@@ -81,20 +80,12 @@ impl Study {
         let kinds: Vec<_> = self.runs.iter().map(|run| kind(&run.scenario)).collect();
         let mut out = String::new();
         for (place, one) in kinds.iter().enumerate() {
-            if kinds[..place].contains(one) {
-                continue;
-            }
-            let runs: Vec<String> = (place..kinds.len())
-                .filter(|&other| kinds[other] == *one)
-                .map(|other| claims::link(&self.runs[other].name))
-                .collect();
-            let more = runs.len().saturating_sub(8);
-            let named = runs[..runs.len() - more].join(", ");
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            if place > 0 {
+            if place > 0 && !kinds[..place].contains(one) {
+                let same = self.runs.iter().zip(&kinds).filter(|(_, kind)| *kind == one);
                 out += &format!(
-                    "<figure>{}<figcaption>The model of {named}{more}.</figcaption></figure>\n",
-                    sketches[place]
+                    "<figure>{}<figcaption>The model of {}.</figcaption></figure>\n",
+                    sketches[place],
+                    claims::links(same.map(|(run, _)| &run.name))
                 );
             }
         }
@@ -105,7 +96,7 @@ impl Study {
     fn heading(&self, verdict: &str) -> String {
         let count = |one: fn(&Run) -> u64| self.runs.iter().map(one).sum::<u64>();
         let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
-        out += &claims::heading(&self.claims);
+        out += &claims::heading(&self.claims, claims::SCORE);
         if self.runs.len() == 1 {
             return out + verdict + "</header>\n";
         }
@@ -132,25 +123,29 @@ impl Study {
         format!("<p>{}{others}{share}.</p>\n", text(first))
     }
 
-    fn footer(&self) -> String {
+    /// How the runs were made, unless the page must not say so.
+    fn made(&self) -> String {
         let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
             let values: BTreeSet<String> = self.runs.iter().map(|run| value(&run.header)).collect();
             values.into_iter().collect::<Vec<_>>().join(", ")
         };
-        let made = if self.provenance && !self.runs.is_empty() {
-            format!(
-                "Parameter set {}; time step {} s; solver {}; code version <code>{}</code>.",
-                text(distinct(&|run| run.parameter_set.clone())),
-                distinct(&|run| number(run.time_step_s)),
-                text(distinct(&|run| run.solver.clone())),
-                text(distinct(&|run| run.code_version.clone()))
-            )
-        } else {
-            String::new()
-        };
+        if !self.provenance || self.runs.is_empty() {
+            return " ".to_owned();
+        }
         format!(
-            "<footer class=\"soft\"><p>{made} Times are simulated time. Made by asperity; this file fetches nothing.</p>\
-             </footer>\n"
+            "Parameter set {}; time step {} s; solver {}; code version <code>{}</code>. ",
+            text(distinct(&|run| run.parameter_set.clone())),
+            distinct(&|run| number(run.time_step_s)),
+            text(distinct(&|run| run.solver.clone())),
+            text(distinct(&|run| run.code_version.clone()))
         )
     }
+}
+
+/// The foot of a page; how its runs were made comes first, as HTML.
+pub(crate) fn footer(made: &str) -> String {
+    format!(
+        "<footer class=\"soft\"><p>{made}Times are simulated time. Made by asperity; this file fetches nothing.</p>\
+         </footer>\n"
+    )
 }

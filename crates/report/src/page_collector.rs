@@ -23,33 +23,16 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Most columns of a run.
-    const COLUMNS: usize = 2000;
-    /// Most ruptures of a run.
-    const RUPTURES: usize = 20_000;
-    /// Most passages of a run: some 14 bytes of a page each.
-    const PASSAGES: usize = 50_000;
-    /// The limit for all runs together, where that is lower.
-    const ALL_COLUMNS: usize = 100_000;
-    const ALL_RUPTURES: usize = 100_000;
-    const ALL_PASSAGES: usize = 200_000;
-    /// Number of columns and of ruptures that each run has at least: some 30 kB of a page.
-    const LEAST: usize = 100;
-    /// Number of passages that each run has at least: a few fronts.
-    const LEAST_PASSAGES: usize = 400;
-    /// Contacts of the map that a page has of each run: some 40 bytes each.
-    const CELLS: usize = 4000;
-    const ALL_CELLS: usize = 20_000;
-    const LEAST_CELLS: usize = 400;
-
-    /// The limits for a page of that many runs.
+    /// The limits for a page of that many runs: shares of what the page has room for, but no less than a run needs
+    /// and no more than it shows. A column and a rupture are some 300 bytes of a page together, a passage 14, a contact
+    /// 40.
     pub fn of_runs(runs: usize) -> Limits {
         let share = |all: usize, least: usize, most: usize| (all / runs.max(1)).clamp(least, most);
         Limits {
-            columns: share(Limits::ALL_COLUMNS, Limits::LEAST, Limits::COLUMNS),
-            ruptures: share(Limits::ALL_RUPTURES, Limits::LEAST, Limits::RUPTURES),
-            passages: share(Limits::ALL_PASSAGES, Limits::LEAST_PASSAGES, Limits::PASSAGES),
-            cells: share(Limits::ALL_CELLS, Limits::LEAST_CELLS, Limits::CELLS),
+            columns: share(100_000, 100, 2000),
+            ruptures: share(100_000, 100, 20_000),
+            passages: share(200_000, 400, 50_000),
+            cells: share(20_000, 400, 4000),
         }
     }
 }
@@ -227,8 +210,10 @@ impl PageCollector {
 
     /// The front of a rupture, if it has one passage for each block that it should have.
     fn front(&mut self, rupture: &Rupture) -> Option<Vec<Passage>> {
-        let places = places(rupture, self.block_stride);
-        if places.clone().next().is_none() {
+        let stride = self.block_stride;
+        let from = 1 + rupture.first_block.saturating_sub(1).div_ceil(stride) * stride;
+        let places = (from..=rupture.last_block).step_by(stride as usize);
+        if from > rupture.last_block {
             return Some(Vec::new());
         }
         let front = self.fronts.remove(&rupture.rupture)?;
@@ -277,12 +262,6 @@ fn thin<T>(of_ruptures: &mut BTreeMap<u64, Vec<T>>, ranked: &[u64], most: usize)
         of_ruptures.insert(*number, elements);
     }
     count
-}
-
-/// The blocks of a rupture whose passages its front lists.
-fn places(rupture: &Rupture, stride: u32) -> std::iter::StepBy<std::ops::RangeInclusive<u32>> {
-    let from = 1 + rupture.first_block.saturating_sub(1).div_ceil(stride) * stride;
-    (from..=rupture.last_block).step_by(stride as usize)
 }
 
 /// A rupture that reaches farther than all before is kept, however narrow. It does not count as such if an

@@ -1,11 +1,12 @@
 //! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and for each run its
 //! parameters, its numbers and its widest ruptures in words.
 
+use std::collections::BTreeMap;
+
 use asperity_model::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::{Summary, front_speed_m_per_s};
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
@@ -155,40 +156,29 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
     headings.extend(shown.iter().map(|key| {
         let unit = parameter_table::unit(key);
         let name = parameter_table::name(key);
-        let unit = if unit.is_empty() { String::new() } else { format!(" ({})", lettered(unit)) };
-        format!("#{name}{unit}")
+        if unit.is_empty() { format!("#{name}") } else { format!("#{name} ({})", lettered(unit)) }
     }));
     headings.extend(NUMBERS.iter().map(|(_, heading)| lettered(heading)));
     let rows = runs.iter().zip(asked).map(|(run, asked)| {
         let mut cells = vec![Cell::Html(link(&run.name))];
         cells.extend(shown.iter().map(|key| match asked.get(key.path) {
-            Some(toml::Value::Float(value)) => Cell::Value(*value, rounded(*value, 6)),
+            Some(toml::Value::Float(value)) => Cell::rounded(*value, 6),
             Some(other) => parameter_table::cell(other),
             None => Cell::None,
         }));
-        cells.extend(NUMBERS.iter().map(|(key, _)| number_of(&run.summary, key)));
+        let numbers: BTreeMap<_, _> =
+            Summary::KEYS.iter().map(|key| &*key.column.name).zip(run.summary.values()).collect();
+        cells.extend(NUMBERS.map(|(key, _)| Cell::rounded(numbers[key].as_f64(), 5)));
         Row::from(cells)
     });
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-    let more = match differing.len().saturating_sub(KEYS_SHOWN) {
+    let more = match differing.len() - shown.len() {
         0 => String::new(),
-        more => paragraph(&format!(
-            "They differ in {}, which stand with each run.",
-            counted(more as u64, "more key")
-        )),
+        more => {
+            let more = counted(more as u64, "more key");
+            paragraph(&format!("They differ in {more}, which stand with each run."))
+        }
     };
     format!("{}{more}", sortable_table("runs-in-numbers", "", &headings, rows))
-}
-
-fn number_of(summary: &Summary, name: &str) -> Cell {
-    let at = Summary::KEYS.iter().position(|key| key.column.name == name);
-    match at.and_then(|at| summary.values().into_iter().nth(at)) {
-        Some(Value::Number(value)) => {
-            let value = value.as_f64().unwrap_or(f64::NAN);
-            Cell::Value(value, rounded(value, 5))
-        }
-        _ => Cell::None,
-    }
 }
 
 /// The pair of load curve and map, of whichever run is chosen.
@@ -330,10 +320,6 @@ fn widest(run: &Run) -> String {
     }
     let rows = widest.into_iter().map(|seen| {
         let rupture = &seen.rupture;
-        let optional = |value: Option<f64>, digits| match value {
-            Some(value) => Cell::Value(value, rounded(value, digits)),
-            None => Cell::None,
-        };
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
         let speed = front_speed_m_per_s(rupture, run.header.contacts(), run.summary.wave_speed_m_per_s);
         Row::from(vec![
@@ -341,10 +327,10 @@ fn widest(run: &Run) -> String {
             Cell::text(kind(seen).1),
             Cell::number(rupture.onset_s),
             Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
-            Cell::Value(rupture.ft_fn_onset, rounded(rupture.ft_fn_onset, 4)),
-            optional(drop.map(|drop| drop * 1e3), 3),
-            optional(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), SPEED_DIGITS),
-            optional(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
+            Cell::rounded(rupture.ft_fn_onset, 4),
+            Cell::rounded(drop.map(|drop| drop * 1e3), 3),
+            Cell::rounded(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), SPEED_DIGITS),
+            Cell::rounded(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });
     let ratio = format!("#{}", lettered("F_T/F_N"));
@@ -360,26 +346,16 @@ fn widest(run: &Run) -> String {
 
 /// The numbers of a summary by their groups.
 fn numbers(summary: &Summary) -> String {
-    let mut rows = Vec::new();
-    for (key, value) in Summary::KEYS.iter().zip(summary.values()) {
-        let cell = match value {
-            Value::Null => continue,
-            Value::Number(value) if value.is_f64() => {
-                let value = value.as_f64().unwrap_or(f64::NAN);
-                Cell::Value(value, rounded(value, 6))
-            }
-            Value::Number(value) => Cell::number(value),
-            Value::Bool(flag) => Cell::text(if flag { "yes" } else { "no" }),
-            Value::String(word) => Cell::text(word),
-            other => Cell::text(other),
-        };
-        rows.push(Row::from(vec![
+    let known = Summary::KEYS.iter().zip(summary.values()).filter(|(_, value)| !value.is_null());
+    let rows = known.map(|(key, value)| {
+        let value = serde_json::from_value(value).expect("numbers of a summary are cells");
+        Row::from(vec![
             Cell::text(key.group),
             Cell::Html(lettered(&key.label())),
-            cell,
+            Cell::of(&value, 6),
             Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
-        ]));
-    }
+        ])
+    });
     format!(
         "<details><summary>All numbers of this run</summary>\n{}</details>\n",
         table("", &["of", "number", "#value", "unit"], rows)

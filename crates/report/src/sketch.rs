@@ -70,14 +70,13 @@ fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
 /// The description of the sketch.
 fn words(plan: &Plan, kind: DriveKind) -> String {
     let (contact, drive) = (contact(plan), drive(plan, kind));
-    let first = plan.normal_load_n.first().copied().unwrap_or_default();
-    let last = plan.normal_load_n.last().copied().unwrap_or_default();
+    let [first, last] = [0, plan.blocks - 1].map(|block| plan.normal_load_n[block]);
     let load = if (first - last).abs() <= 1e-9 * first.abs().max(last.abs()) {
-        "evenly".to_owned()
+        "evenly"
     } else if first > last {
-        "more towards block 1".to_owned()
+        "more towards block 1"
     } else {
-        "more towards the last block".to_owned()
+        "more towards the last block"
     };
     if plan.blocks == 1 {
         return format!("The model: 1 block, {contact}; {drive}.");
@@ -236,21 +235,15 @@ impl Sketch<'_> {
             self.pen.words(left - 48.0, bar - 8.0, "start", &velocity);
             return;
         }
-        let ends: Vec<(usize, f64)> =
-            self.plan.drive.springs.iter().map(|spring| (spring.block, spring.direction)).collect();
-        for (n, (block, direction)) in ends.into_iter().enumerate() {
-            let is_first = block == 0;
-            let (edge, point) = if is_first {
-                let x = self.x(0) - BLOCK[0] / 2.0;
-                (x, x - 64.0)
-            } else {
-                let x = self.x(self.blocks.len() - 1) + BLOCK[0] / 2.0;
-                (x, x + 64.0)
-            };
+        for (n, spring) in self.plan.drive.springs.iter().enumerate() {
+            let (place, side) = if spring.block == 0 { (0, -1.0) } else { (self.blocks.len() - 1, 1.0) };
+            let edge = self.x(place) + side * BLOCK[0] / 2.0;
+            let point = edge + side * 64.0;
             self.pen.spring([point, middle], [edge, middle]);
             self.pen.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
             let above = middle - 22.0;
-            self.pen.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
+            let ahead = 14.0 * spring.direction;
+            self.pen.arrow([point - ahead, above], [point + ahead, above]);
             // Below the spring; where blocks lie on the surface there is no room but above.
             let beside = if self.on_springs() { middle + 22.0 } else { middle - 9.0 };
             self.pen.words((point + edge) / 2.0, beside, "middle", "<tspan class=\"i\">K</tspan>");

@@ -7,12 +7,11 @@ use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
 
 use crate::claims;
-use crate::figures::{Figure, about, further};
+use crate::figures::{Figure, about, further, result};
 use crate::html::Document;
 use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, sortable_table, table, text};
-use crate::page::STYLE;
+use crate::page::{STYLE, footer};
 use crate::parameter_table::{self, Parameters, main as main_of, meaning, parameters};
-use crate::result::result;
 use crate::runs::links;
 use crate::sketch::sketch;
 use crate::study::Link;
@@ -89,7 +88,7 @@ impl Sweep {
             format!(
                 "<header>\n<h1>{}</h1>\n{}<p class=\"score\">{}</p>\n</header>\n",
                 text(&self.title),
-                claims::heading(&self.claims),
+                claims::heading(&self.claims, claims::SCORE),
                 text(format!("{}.", self.state))
             ),
             result(&self.figures, &self.claims),
@@ -102,10 +101,7 @@ impl Sweep {
                 (claims::ALL, claims::all(&self.claims, &|claim| about(claim, &self.figures))),
                 ("Files", links(&self.links)),
             ]),
-            format!(
-                "<footer class=\"soft\"><p>{made}Times are simulated time. Made by asperity; this file fetches nothing.</p>\
-                 </footer>\n"
-            ),
+            footer(&made),
         ];
         Document { title: self.title.clone(), main: main.concat(), data: Vec::new(), parts: &[STYLE] }.html()
     }
@@ -133,7 +129,6 @@ impl Sweep {
         }
         let mut headings = vec![format!("{} ↑, {} →", self.heading(y), self.heading(x))];
         headings.extend(across.iter().map(|value| format!("#{}", html(value))));
-        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
         let rows = upwards.iter().rev().map(|up| {
             let mut cells = vec![Cell::Html(format!("<b>{}</b>", html(up)))];
             cells.extend(across.iter().map(|across| {
@@ -185,9 +180,8 @@ impl Sweep {
                 format!("{mark}{}", self.heading(n))
             })
             .collect();
-        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
         let rows = self.rows.iter().map(|cells| {
-            let mut shown: Vec<Cell> = cells.iter().map(cell).collect();
+            let mut shown: Vec<Cell> = cells.iter().map(|cell| Cell::of(cell, 5)).collect();
             if let (Some(first), Some(Stored::Step(run))) = (shown.first_mut(), cells.first()) {
                 *first = self.run(*run, cells.contains(&Stored::Word("done".into())));
             }
@@ -233,15 +227,5 @@ fn html(cell: &Stored) -> String {
         Stored::Number(value) => rounded(*value, 5),
         Stored::Flag(flag) => if *flag { "yes" } else { "no" }.to_owned(),
         other => text(other),
-    }
-}
-
-fn cell(cell: &Stored) -> Cell {
-    match cell {
-        Stored::Empty => Cell::None,
-        Stored::Number(value) => Cell::Value(*value, html(cell)),
-        Stored::Count(count) => Cell::number(count),
-        Stored::Step(step) => Cell::number(step),
-        other => Cell::Html(html(other)),
     }
 }

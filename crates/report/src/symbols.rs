@@ -19,13 +19,17 @@ const GREEK: [(&str, &str); 13] = [
     ("dt", "Δt"),
 ];
 
+/// The Greek letter of that name.
+fn greek(name: &str) -> Option<&'static str> {
+    GREEK.iter().find(|(word, _)| *word == name).map(|(_, letter)| *letter)
+}
+
 /// A symbol of the key table as HTML: `mu_s` as the letter with its subscript.
 pub(crate) fn symbol(written: &str) -> String {
     let part = |part: &str| {
         let (name, index) = part.split_once('_').map_or((part, None), |(name, index)| (name, Some(index)));
-        let letter = GREEK.iter().find(|(word, _)| *word == name).map_or(name, |(_, letter)| letter);
+        let letter = text(greek(name).unwrap_or(name));
         let index = index.map_or(String::new(), |index| format!("<sub>{}</sub>", text(index)));
-        let letter = text(letter);
         if letter.chars().all(char::is_alphabetic) && !letter.starts_with('Δ') && letter != "sqrt" {
             format!("<i>{letter}</i>{index}")
         } else {
@@ -132,25 +136,19 @@ fn token(before: &str, rest: &str) -> Option<(String, usize)> {
     let joins = |c: char| c == '.' || c == '-';
     let is_of_key = before.ends_with(joins) && !before[..before.len() - 1].ends_with([' ', '('])
         || after.strip_prefix(joins).is_some_and(|after| after.starts_with(is_of_name));
-    let known = |base: &str| {
-        let greek = GREEK.iter().find(|(word, _)| *word == base).map(|(_, letter)| (*letter).to_owned());
-        greek.or_else(|| (base.chars().count() == 1).then(|| base.to_owned()))
-    };
+    let known =
+        |base: &str| greek(base).map(text).or_else(|| (base.chars().count() == 1).then(|| text(base)));
+    let indexed = |letter: String, index: &str| format!("{letter}<sub>{}</sub>", text(index));
     let symbol = match name.split_once('_') {
         _ if is_of_key => None,
-        None => known(name).map(|letter| (text(letter), end)),
+        None => known(name).map(|letter| (letter, end)),
         // `mu_{k}`
         Some((base, "")) => {
             let (inside, _) = after.strip_prefix('{')?.split_once('}')?;
-            Some((
-                format!("{}<sub>{}</sub>", text(known(base)?), text(inside.trim())),
-                end + inside.len() + 2,
-            ))
+            Some((indexed(known(base)?, inside.trim()), end + inside.len() + 2))
         }
         Some((_, index)) if index.contains('_') => None,
-        Some((base, index)) => {
-            known(base).map(|letter| (format!("{}<sub>{}</sub>", text(letter), text(index)), end))
-        }
+        Some((base, index)) => known(base).map(|letter| (indexed(letter, index), end)),
     };
     Some(symbol.unwrap_or_else(|| (text(name), end)))
 }

@@ -9,7 +9,7 @@ use asperity_files::{FileError, FileSet, ShortLines};
 use asperity_numbers::claim::{self, Claim};
 use asperity_record::{Cell, Column};
 use asperity_report::{
-    Entry, Figure as ShownFigure, Link, ReadFile, Shown, Sweep, UNNAMED, encoded, files_of_picture, picture,
+    Entry, Figure as ShownFigure, Link, ReadFile, Sweep, UNNAMED, encoded, files_of_picture, picture,
 };
 
 use crate::axis::spelled;
@@ -119,9 +119,10 @@ impl StudyPage<'_> {
             figures: figures
                 .iter()
                 .map(|figure| {
-                    let Shown { file, title, caption, runs } = shown(plan, figure);
-                    let picture = picture(&file, read)?;
-                    Ok(ShownFigure { picture, path: format!("{way}{file}"), title, caption, runs })
+                    let mut shown = shown(plan, figure);
+                    shown.picture = picture(&shown.file, read)?;
+                    shown.file.insert_str(0, way);
+                    Ok(shown)
                 })
                 .collect::<Result<_, FileError>>()?,
             maps: maps(figures).collect(),
@@ -150,7 +151,7 @@ fn maps(figures: &[Figure]) -> impl Iterator<Item = [String; 3]> {
 }
 
 /// A figure of the tables of runs over axes, as a page shows it.
-pub(crate) fn shown(plan: &Plan, figure: &Figure) -> Shown {
+pub(crate) fn shown(plan: &Plan, figure: &Figure) -> ShownFigure {
     let label = |quantity: &Quantity| quantity.label.clone();
     let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
     if let Some(colour) = &figure.colour {
@@ -164,11 +165,11 @@ pub(crate) fn shown(plan: &Plan, figure: &Figure) -> Shown {
     if let Some(facet) = &figure.facet {
         caption += &format!("; a panel for each {}", label(facet));
     }
-    Shown {
+    ShownFigure {
         file: format!("figures/{}", figure.file),
         title: figure.title.clone(),
         caption: caption + ".",
-        runs: Vec::new(),
+        ..ShownFigure::default()
     }
 }
 
@@ -243,8 +244,9 @@ pub fn entry(
     files.add_inputs(inputs(folder, plan)?)?;
     let there = plan.common.figures.iter().filter(|figure| folder.join(FIGURES).join(&figure.file).is_file());
     let figures = there.map(|figure| {
-        let Shown { file, title, caption, .. } = shown(plan, figure);
-        [format!("{way}{file}"), title, caption]
+        let mut shown = shown(plan, figure);
+        shown.file.insert_str(0, way);
+        shown
     });
     Ok(Entry {
         title: plan.common.title.clone(),

@@ -9,7 +9,7 @@ use asperity_model::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
-use asperity_report::{Contents, Shown};
+use asperity_report::{Contents, Figure};
 use asperity_tables::tables::{FIRST_GLOBAL_SLIPS, RESIDUALS};
 use asperity_tables::{summaries, table_files, tables};
 
@@ -203,8 +203,8 @@ impl Pipeline {
         let shown = |(file, of): (&str, Vec<&str>)| {
             let Caption { title, caption } = captions.get(file).cloned().unwrap_or_default();
             // In the order of the pipeline.
-            let runs = self.runs.iter().filter(|name| of.contains(&name.as_str()));
-            Shown { file: format!("figures/{file}"), title, caption, runs: runs.cloned().collect() }
+            let runs = self.runs.iter().filter(|name| of.contains(&name.as_str())).cloned().collect();
+            Figure { file: format!("figures/{file}"), title, caption, runs, picture: None }
         };
         Contents {
             title: self.title.clone(),

@@ -18,7 +18,7 @@ use asperity_numbers::claims::{self, Measured};
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::Collector;
 use asperity_record::{Cell, Event, Observer, Record, RunEnd, RunHeader};
-use asperity_report::{Limits, PageCollector, Run, Shown, Study as Page};
+use asperity_report::{Figure, Limits, PageCollector, Run, Study as Page};
 use asperity_tables::table_files::{self, LoadTable};
 use asperity_tables::{Table, TableFileError, summaries, tables};
 
@@ -46,7 +46,7 @@ pub struct Reduction<'a> {
 #[derive(Debug, Clone, Default)]
 pub struct Beside {
     /// The figures, for the page.
-    pub figures: Vec<Shown>,
+    pub figures: Vec<Figure>,
     /// All files.
     pub files: Vec<PathBuf>,
     /// Measured values for claims, by the name or number of the run.

@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_record::{Column, Event, EventKind, Observer, Record, RunHeader};
+use asperity_record::{Cell, Column, Event, EventKind, Observer, Record, RunHeader};
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::error::TableFileError;
-use crate::format::{About, Format, State};
+use crate::format::{Format, State};
 use crate::rows::NodeRows;
 use crate::run_tables::{ChoiceError, Chosen, RunTables};
 use crate::table::Table;
@@ -187,11 +188,13 @@ impl Export {
         let Export { header, scenario_toml, request, mut tables, outputs, files, .. } = self;
         let Chosen { from_s, to_s, .. } = request.chosen;
         let &Ran { state, last_step, last_s, .. } = ran;
-        let about = About { header: &header, state, last_step, from_s, to_s };
         let (mut entries, mut written) = (Vec::new(), Vec::new());
         for (table, output) in tables.tables().iter_mut().zip(outputs.into_iter().flatten()) {
             let rows = output.rows;
-            let paths = output.finish(table, &about.pairs(table))?;
+            let source = serde_json::json!({
+                "topic": table.name, "log": state, "last_step": last_step, "from_s": from_s, "to_s": to_s,
+            });
+            let paths = output.finish(table, &about(&header, source))?;
             entries.extend(paths.iter().map(|path| TableEntry {
                 file: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
                 topic: table.name.to_string(),
@@ -234,6 +237,17 @@ impl Observer for Export {
     fn is_done(&self) -> bool {
         self.failed.is_some()
     }
+}
+
+/// The source of a table's rows, as pairs of name and text, for formats that store metadata: what is known of the rows,
+/// and what the header has in a log.
+pub(crate) fn about(header: &RunHeader, source: Value) -> Vec<(String, String)> {
+    let mut keys = serde_json::json!(header);
+    let scales = keys["scales"].take();
+    let all = [source, keys, scales].into_iter().filter_map(|keys| keys.as_object().cloned()).flatten();
+    let there = all.filter(|(_, value)| !value.is_null());
+    let text = |value| serde_json::from_value::<Cell>(value).expect("these are cells").to_string();
+    there.map(|(name, value)| (format!("asperity:{name}"), text(value))).collect()
 }
 
 /// `NAME.FORMAT.export.json`: what was exported and from which run.

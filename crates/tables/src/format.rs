@@ -1,9 +1,7 @@
-//! The formats of tables in files, and the source of their rows.
+//! The formats of tables in files, and the state of the log that their rows come from.
 
 use std::fs::File;
 use std::io::{self, BufWriter};
-
-use asperity_record::{Cell, RunHeader};
 
 use crate::comma::{CsvRows, Spelling};
 use crate::lines::Lines;
@@ -72,35 +70,4 @@ pub enum State {
     /// It is damaged, and everything after the damage is left out.
     #[serde(rename = "damaged")]
     Damaged,
-}
-
-/// The source of a table's rows.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct About<'a> {
-    /// The header of the run.
-    pub(crate) header: &'a RunHeader,
-    /// The state of its log.
-    pub(crate) state: State,
-    /// The last step that could be read.
-    pub(crate) last_step: u64,
-    /// Rows are from this time on, if that was asked for, s.
-    pub(crate) from_s: Option<f64>,
-    /// Rows are from before this time, if that was asked for, s.
-    pub(crate) to_s: Option<f64>,
-}
-
-impl About<'_> {
-    /// As pairs of name and text, for formats that store metadata: what the header has in a log, and more.
-    pub(crate) fn pairs(&self, table: &Table) -> Vec<(String, String)> {
-        let mut keys = serde_json::json!(self.header);
-        let scales = keys["scales"].take();
-        let own = serde_json::json!({
-            "topic": table.name, "log": self.state, "last_step": self.last_step,
-            "from_s": self.from_s, "to_s": self.to_s,
-        });
-        let all = [own, keys, scales].into_iter().filter_map(|keys| keys.as_object().cloned()).flatten();
-        let there = all.filter(|(_, value)| !value.is_null());
-        let text = |value| serde_json::from_value::<Cell>(value).expect("these are cells").to_string();
-        there.map(|(name, value)| (format!("asperity:{name}"), text(value))).collect()
-    }
 }

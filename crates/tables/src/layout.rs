@@ -6,7 +6,7 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use asperity_record::{Column, ColumnKind, EventKind, FieldRecord, Parts, StepRecord};
+use asperity_record::{Column, ColumnKind, FieldRecord, Parts, StepRecord};
 
 use crate::table::Table;
 
@@ -218,11 +218,6 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
         columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
     }
     columns
-}
-
-/// The table of a kind of events.
-pub(crate) fn event_table(kind: &EventKind) -> Table {
-    Table::new(kind.topic, kind.columns.clone())
 }
 
 const STEP_COLUMN: Column =

@@ -135,7 +135,8 @@ mod tests {
     use polars::prelude::{ParquetReader, SerReader};
 
     use super::{in_words_of_panic, start_threads};
-    use crate::format::{About, Format, State};
+    use crate::export::about;
+    use crate::format::{Format, State};
     use crate::layout::{StepParts, record_tables};
 
     /// Doubles that a format that rounds, or that writes decimals, would lose.
@@ -166,9 +167,10 @@ mod tests {
         }
         let (scenario_hash, code_version) = ("5c".to_owned(), "c0de".to_owned());
         let header = RunHeader { scenario_hash, code_version, time_step_s: 1e-7, ..run_header() };
-        let about =
-            About { header: &header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
-        writer.finish(&about.pairs(&table)).unwrap();
+        let source = serde_json::json!({
+            "topic": table.name, "log": State::Damaged, "last_step": 8, "from_s": 0.5, "to_s": null,
+        });
+        writer.finish(&about(&header, source)).unwrap();
 
         let mut reader = ParquetReader::new(File::open(&path).unwrap());
         let metadata = reader.get_metadata().unwrap().clone();

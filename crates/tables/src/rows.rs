@@ -1,6 +1,8 @@
 //! Records as rows, with the doubles of the log as they are. Events define their own rows.
 
-use asperity_record::{Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, WindowRecord};
+use asperity_record::{
+    Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, SwitchAcross, WindowRecord,
+};
 
 use crate::layout::{FIELDS, StepParts, WINDOW};
 use crate::table::{Array, Table};
@@ -63,7 +65,7 @@ pub(crate) fn step(table: &mut Table, record: &StepRecord, parts: StepParts) {
 }
 
 pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, parts: StepParts) {
-    let cells = [
+    let mut row = vec![
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Count(switch.block),
@@ -73,16 +75,18 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
         Cell::Number(switch.tangential_force_n),
         Cell::Number(switch.stick_position_m),
         Cell::Number(switch.threshold_n),
-        switch.junctions_slipping.cell(),
     ];
-    let cells = cells.into_iter().take(if parts.junctions { 10 } else { 9 });
-    let across = [
-        switch.across.map(|across| across.displacement_m).cell(),
-        switch.across.map(|across| across.velocity_m_per_s).cell(),
-        switch.across.map(|across| across.tangential_force_n).cell(),
-        switch.across.map(|across| across.stick_position_m).cell(),
-    ];
-    table.push(cells.chain(across.into_iter().filter(|_| parts.area)));
+    row.extend(parts.junctions.then(|| switch.junctions_slipping.cell()));
+    if parts.area {
+        let across = |component: fn(SwitchAcross) -> f64| switch.across.map(component).cell();
+        row.extend([
+            across(|across| across.displacement_m),
+            across(|across| across.velocity_m_per_s),
+            across(|across| across.tangential_force_n),
+            across(|across| across.stick_position_m),
+        ]);
+    }
+    table.push(row);
 }
 
 pub(crate) fn fields(table: &mut Table, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {

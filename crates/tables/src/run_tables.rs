@@ -3,14 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{
-    Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Observer, Parts, ROWS, Record, RowKind,
-};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Parts, ROWS, Record, RowKind};
 
 use crate::foreign;
 use crate::layout::{
-    EVENTS, FIELDS, NODES, STEP, SWITCH, StepParts, WINDOW, event_table, fields_columns, nodes_table,
-    record_tables, step_columns, switch_columns,
+    EVENTS, FIELDS, NODES, STEP, SWITCH, StepParts, WINDOW, fields_columns, nodes_table, record_tables,
+    step_columns, switch_columns,
 };
 use crate::rows::{self, NodeRows};
 use crate::table::Table;
@@ -194,10 +192,11 @@ impl RunTables {
         match record {
             Record::Step(record) => {
                 let found = StepParts::of(record, self.of_run);
-                let parts = match self.parts {
-                    Some(parts) => parts,
-                    None => self.first_step(found),
-                };
+                let parts = *self.parts.get_or_insert_with(|| {
+                    set_columns(&mut self.tables, STEP, step_columns(found), self.of_run);
+                    set_columns(&mut self.tables, SWITCH, switch_columns(found), self.of_run);
+                    found
+                });
                 let differs = [
                     ("forces on the ends", parts.end_forces, found.end_forces),
                     ("counts of junctions", parts.junctions, found.junctions),
@@ -219,7 +218,11 @@ impl RunTables {
                 }
             }
             Record::Fields(record) => {
-                let parts = self.state_parts.unwrap_or_else(|| self.first_state(record));
+                let parts = *self.state_parts.get_or_insert_with(|| {
+                    let found = StepParts::of_state(record);
+                    set_columns(&mut self.tables, FIELDS, fields_columns(found), self.of_run);
+                    found
+                });
                 if let Some(table) = self.table(FIELDS, record.time_s) {
                     rows::fields(table, record, parts).map_err(|ragged| ragged.to_string())?;
                 }
@@ -241,8 +244,11 @@ impl RunTables {
             *self.left_out.entry(event.topic().to_owned()).or_insert(0) += 1;
             return Ok(());
         };
-        let unread = |problem| format!("an event of {} cannot be read: {problem}", event.topic());
-        let cells = rows.cells(event).map_err(unread)?;
+        let unread = |problem: String| format!("an event of {} cannot be read: {problem}", event.topic());
+        let cells = match &rows.kind {
+            Some(kind) => kind.cells(event).map_err(|error| unread(error.to_string()))?,
+            None => foreign::cells(&rows.columns, &event.json()).map_err(unread)?,
+        };
         let time_s = match rows.time.map(|time| &cells[time]) {
             Some(Cell::Number(time_s)) => *time_s,
             _ => self.last_s,
@@ -261,29 +267,12 @@ impl RunTables {
         }
         self.tables.iter_mut().find(|table| table.name == topic)
     }
+}
 
-    /// Records the optional parts of step records and sets the columns of the tables of steps and
-    /// switches; no row has been added yet.
-    fn first_step(&mut self, parts: StepParts) -> StepParts {
-        self.parts = Some(parts);
-        self.set_columns(STEP, step_columns(parts));
-        self.set_columns(SWITCH, switch_columns(parts));
-        parts
-    }
-
-    /// Records the optional parts of states of all blocks, and sets the columns of their table.
-    fn first_state(&mut self, record: &FieldRecord) -> StepParts {
-        let parts = StepParts::of_state(record);
-        self.state_parts = Some(parts);
-        self.set_columns(FIELDS, fields_columns(parts));
-        parts
-    }
-
-    fn set_columns(&mut self, topic: &'static str, columns: Vec<Column>) {
-        if let Some(table) = self.tables.iter_mut().find(|table| table.name == topic) {
-            *table =
-                Table::new(topic, columns.into_iter().map(|column| column.in_run(self.of_run)).collect());
-        }
+/// Sets the columns of a table that are known since the first of its records; no row has been added yet.
+fn set_columns(tables: &mut [Table], topic: &'static str, columns: Vec<Column>, of_run: Parts) {
+    if let Some(table) = tables.iter_mut().find(|table| table.name == topic) {
+        *table = Table::new(topic, columns.into_iter().map(|column| column.in_run(of_run)).collect());
     }
 }
 
@@ -309,18 +298,9 @@ impl EventRows {
         };
         EventRows {
             columns: table.columns.clone(),
-            kind: kinds.iter().find(|kind| kind.topic == table.name).cloned().or_else(|| {
-                let row = RowKind::with(&table.name)?;
-                Some((row.kind)())
-            }),
+            kind: (kinds.iter().find(|kind| kind.topic == table.name).cloned())
+                .or_else(|| RowKind::with(&table.name).map(|row| (row.kind)())),
             time: ["onset_s", "time_s", "arrival_s"].into_iter().find_map(place),
-        }
-    }
-
-    fn cells(&self, event: &Event) -> Result<Vec<Cell>, String> {
-        match &self.kind {
-            Some(kind) => kind.cells(event).map_err(|error| error.to_string()),
-            None => foreign::cells(&self.columns, &event.json()),
         }
     }
 }
@@ -329,14 +309,14 @@ impl EventRows {
 /// log lists its topics before its first message; a log damaged there may have any known topic.
 fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Table> {
     let mut tables = record_tables(StepParts { area: of_run.area, ..StepParts::default() });
-    tables.extend(ROWS.iter().map(|row| event_table(&(row.kind)().with(of_run))));
+    let rows = ROWS.iter().map(|row| (row.kind)().with(of_run));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
-    tables.extend(kinds.iter().filter(there).map(event_table));
+    let known = rows.chain(kinds.iter().filter(there).cloned());
+    tables.extend(known.map(|kind| Table::new(kind.topic, kind.columns)));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);
     let others = announced.iter().filter(|(topic, _)| !known(topic) && foreign::is_plain(topic));
-    let others = others.take(MOST_FOREIGN);
-    tables.extend(
-        others.filter_map(|(topic, schema)| Some(Table::new((*topic).to_owned(), foreign::columns(schema)?))),
-    );
+    let table =
+        |(topic, schema): (&&str, &&str)| Some(Table::new((*topic).to_owned(), foreign::columns(schema)?));
+    tables.extend(others.take(MOST_FOREIGN).filter_map(table));
     tables
 }

@@ -4,7 +4,9 @@
 use std::fmt::Display;
 
 pub use asperity_record::counted;
-use asperity_record::printable;
+use asperity_record::{Cell as Stored, printable};
+
+use crate::symbols::rounded;
 
 /// A value as text in HTML, in content and in quoted attributes. Marks that turn the direction of
 /// writing would show the rest of the line in another order, so they are spelled out.
@@ -103,9 +105,20 @@ impl Cell {
         Cell::Number(value.to_string())
     }
 
-    /// A number, or nothing for none.
-    pub fn optional(value: Option<impl Display>) -> Cell {
-        value.map_or(Cell::None, Cell::number)
+    /// A number, rounded to that many significant digits, or nothing for none.
+    pub(crate) fn rounded(value: impl Into<Option<f64>>, digits: usize) -> Cell {
+        value.into().map_or(Cell::None, |value| Cell::Value(value, rounded(value, digits)))
+    }
+
+    /// A cell of a table of data, with that many digits of a double.
+    pub(crate) fn of(cell: &Stored, digits: usize) -> Cell {
+        match cell {
+            Stored::Empty => Cell::None,
+            Stored::Number(value) => Cell::rounded(*value, digits),
+            Stored::Count(_) | Stored::Step(_) => Cell::number(cell),
+            Stored::Flag(flag) => Cell::text(if *flag { "yes" } else { "no" }),
+            Stored::Word(word) => Cell::text(word),
+        }
     }
 
     fn html(&self) -> String {
@@ -136,7 +149,7 @@ impl From<Vec<Cell>> for Row {
 
 /// A table, which scrolls by itself where it is wider than the page. Headings are HTML; those that begin with
 /// `#` are of numbers.
-pub fn table(caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
+pub fn table(caption: &str, headings: &[impl AsRef<str>], rows: impl IntoIterator<Item = Row>) -> String {
     set("", caption, headings, rows)
 }
 
@@ -144,19 +157,24 @@ pub fn table(caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Ro
 pub fn sortable_table(
     id: &str,
     caption: &str,
-    headings: &[&str],
+    headings: &[impl AsRef<str>],
     rows: impl IntoIterator<Item = Row>,
 ) -> String {
     set(&format!(" id=\"{}\" class=\"sortable\"", text(id)), caption, headings, rows)
 }
 
-fn set(attributes: &str, caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
+fn set(
+    attributes: &str,
+    caption: &str,
+    headings: &[impl AsRef<str>],
+    rows: impl IntoIterator<Item = Row>,
+) -> String {
     let mut out = format!("<div class=\"wide\"><table{attributes}>");
     if !caption.is_empty() {
         out.push_str(&format!("<caption>{}</caption>", text(caption)));
     }
     out.push_str("<thead><tr>");
-    for heading in headings {
+    for heading in headings.iter().map(AsRef::as_ref) {
         match heading.strip_prefix('#') {
             Some(heading) => out.push_str(&format!("<th scope=\"col\" class=\"number\">{heading}</th>")),
             None => out.push_str(&format!("<th scope=\"col\">{heading}</th>")),

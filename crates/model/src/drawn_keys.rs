@@ -14,6 +14,7 @@ pub const DRAWN_KEYS: &[Key] = &[
               friction.spread_seed; for information, they cannot be set.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
+        needs: &[],
     },
     Key {
         path: "drawn.dynamic_offsets",
@@ -21,6 +22,7 @@ pub const DRAWN_KEYS: &[Key] = &[
         doc: "Offsets that friction.dynamic_spread adds to mu_d, likewise.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
+        needs: &[],
     },
     Key {
         path: "drawn.stiffness_offsets",
@@ -28,6 +30,7 @@ pub const DRAWN_KEYS: &[Key] = &[
         doc: "Offsets that disorder.stiffness_spread adds to k_t, over k_t, likewise.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
+        needs: &[],
     },
     Key {
         path: "drawn.load_offsets",
@@ -35,5 +38,6 @@ pub const DRAWN_KEYS: &[Key] = &[
         doc: "Offsets that disorder.load_spread adds to p, over p, likewise.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
+        needs: &[],
     },
 ];

@@ -8,9 +8,9 @@ use asperity_record::{MOST_STEPS, counted};
 use crate::files::Reading;
 use crate::initial::given;
 use crate::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
-use crate::lattice_keys::Refusal;
 use crate::plan::{Plan, RecordingPlan};
 use crate::rows::Rows;
+use crate::rules::Refusal;
 use crate::scenario::Scenario;
 
 /// The first line of a table.

@@ -179,6 +179,16 @@ impl FrictionLaw {
         self.keys().any(|key| key == path)
     }
 
+    /// Whether a key has a meaning for other laws, and not for this one.
+    pub fn lacks(self, path: &str) -> bool {
+        !self.uses(path) && FrictionLaw::ALL.iter().any(|law| law.uses(path))
+    }
+
+    /// Whether a contact either sticks or slides, as a whole.
+    pub(crate) fn has_two_states(self) -> bool {
+        self.sticks() && self != FrictionLaw::Junctions
+    }
+
     /// Whether the law is known for contacts that slip along a vector.
     pub(crate) fn is_known_over_an_area(self) -> bool {
         matches!(self, FrictionLaw::InterfacialSprings)

@@ -5,14 +5,12 @@ use std::path::Path;
 
 use asperity_record::{MOST_STEPS, TimeGrid};
 
-use crate::contradictions::in_few_digits;
 use crate::disorder::Quantity;
 use crate::files::{Files, Reading, Texts};
+use crate::rules::in_few_digits;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioErrors, ScenarioSource};
-use crate::{
-    builtin, contradictions, defaults, given_state, law_keys, profile, random_offsets, suggest, text,
-};
+use crate::{builtin, defaults, given_state, meaning, profile, random_offsets, rules, suggest, text};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -130,7 +128,7 @@ impl Scenario {
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
-        law_keys::settle(&entries, &mut table, &mut errors);
+        meaning::settle(&entries, &mut table, &mut errors);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
@@ -138,7 +136,7 @@ impl Scenario {
         let mut reading = Reading { entries: &entries, files, errors: &mut errors };
         scenario.read_blocks(&mut reading);
         scenario.read_courses(&mut reading);
-        contradictions::check(&scenario, &entries, &mut errors);
+        rules::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
             random_offsets::check(&scenario, &entries, &mut errors);
         }
@@ -150,7 +148,7 @@ impl Scenario {
             given_state::read(&mut scenario, &mut reading);
         }
         if errors.is_empty() {
-            contradictions::check_start(&scenario, &entries, &mut errors);
+            rules::check_start(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() {
             errors.extend(scenario.too_long_for_a_log(&entries));

@@ -76,6 +76,15 @@ impl Slider {
         self.blocks.saturating_mul(self.across)
     }
 
+    /// The keys, with their values, by which a lattice would be a chain.
+    pub(crate) fn keys_of_a_chain(&self) -> &'static str {
+        match (self.is_over_area(), self.rows > 1) {
+            (false, _) => "slider.rows = 1",
+            (true, false) => "slider.across = 1",
+            (true, true) => "slider.across = 1 and slider.rows = 1",
+        }
+    }
+
     /// `k` of a chain (5.5).
     pub(crate) fn chain_stiffness_n_per_m(&self) -> f64 {
         let gaps = gaps(self.blocks as usize) as f64;

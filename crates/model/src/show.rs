@@ -8,7 +8,7 @@ use crate::derive::ADVISED_SHARE;
 use crate::disorder::Quantity;
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::keys::{WINDOW, Window};
-use crate::law_keys;
+use crate::meaning;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError};
 
@@ -38,15 +38,15 @@ impl Scenario {
             let default =
                 key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
             // A key that is not serialised has its default.
-            let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
-            let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
+            let found =
+                key.value_in(&value).or(default.as_ref()).expect("the key table names fields of a scenario");
             let follows_set =
                 matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {
                 // Left out, so that another law brings its own default.
-                law_keys::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
+                meaning::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
             };
             comment_and_value(&mut out, key, name, found, left_to);
             if leave_to_parameter_set && key.path == "time.step_s" && self.friction.law.sticks() {
@@ -88,8 +88,7 @@ impl Scenario {
             return None;
         }
         let too_long = check_toml(&self.to_commented_toml()).err()?;
-        let find = |key: &Key| key.path.split('.').try_fold(&value, |value, part| value.get(part));
-        let own = KEYS.iter().filter_map(|key| Some((find(key)?.to_string().len(), key.path)));
+        let own = KEYS.iter().filter_map(|key| Some((key.value_in(&value)?.to_string().len(), key.path)));
         let of_draws = Quantity::ALL.iter().map(|of| {
             let drawn: Vec<String> = of.drawn(self).iter().map(f64::to_string).collect();
             (drawn.join(", ").len(), of.spread_key())

@@ -10,7 +10,6 @@ mod run;
 pub(crate) mod section;
 mod slider;
 
-pub use crate::drawn_keys::DRAWN_KEYS;
 pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, Need, PARAMETER_SETS, Value};
 pub use disorder::Disorder;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};

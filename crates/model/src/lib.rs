@@ -23,7 +23,6 @@
 //!
 //! In reading order; a file uses those above it, and none below:
 //!
-//! - `drawn_keys`: the keys of random draws.
 //! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
 //!   `asperity scenario show` and the key reference are generated from this table.
 //! - `suggest`: the key or scenario that was probably meant.
@@ -54,7 +53,6 @@
 //! - `derive`: from a scenario to a plan.
 //! - [`preview`]: material and load of a run in advance.
 //! - `meaning`: keys without a meaning for a slider, a drive or a friction law.
-//! - `random_offsets`: checks listed offsets of friction against the drawn ones.
 //! - `as_coded`: describes the slider of a parameter set.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
@@ -77,7 +75,6 @@ pub mod course;
 mod defaults;
 mod derive;
 mod disorder;
-mod drawn_keys;
 pub mod elastic;
 pub mod ends;
 mod exact;
@@ -99,7 +96,6 @@ mod node_state;
 pub mod plan;
 pub mod preview;
 mod profile;
-mod random_offsets;
 pub mod rate_and_state;
 mod resolve;
 pub mod rows;

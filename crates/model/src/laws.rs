@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::junctions::Junctions;
-use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
+use crate::law::{Affine, ContactLaw, WithLaw, memory_of};
 use crate::rate_and_state::RateAndState;
+use crate::scenario::Scenario;
 pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
@@ -79,9 +80,9 @@ macro_rules! laws {
 
         impl Law {
             /// The law that a scenario asks for.
-            pub fn of(law: FrictionLaw, keys: &LawKeys) -> Law {
-                match law {
-                    $(FrictionLaw::$law => Law::$law(<$file::$law as ContactLaw>::of(keys)),)*
+            pub fn of(scenario: &Scenario) -> Law {
+                match scenario.friction.law {
+                    $(FrictionLaw::$law => Law::$law(<$file::$law as ContactLaw>::of(scenario)),)*
                 }
             }
 

@@ -130,7 +130,7 @@ section! {
         /// Times of such a course, ascending, each a whole number of steps; empty for none.
         course_s: List = []; Numbers(Including(0.0), Open), later; needs LOADS;
         /// Factors on the normal load at these times: one for all blocks, or one for each block, time by time.
-        course_factor: List = []; Numbers(Excluding(0.0), Open), later;
+        course_factor: List = []; Numbers(Excluding(0.0), Open), later; needs LOADS;
     }
 }
 
@@ -185,6 +185,7 @@ section! {
         course_s: List = []; Numbers(Including(0.0), Open), later; needs FORCES;
         /// Ratios at these times: one for all blocks, or one for each block, time by time.
         course_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
+        needs FORCES;
     }
 }
 

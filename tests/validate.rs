@@ -231,7 +231,7 @@ fn what_was_drawn_is_in_the_log_and_cannot_be_changed_there() {
     let other = f64::from_bits(number.to_bits() + 1);
     let (code, said) = check("other.mcap", &toml.replace(&format!("{number}"), &format!("{other}")));
     assert!(code == 4 && said.contains(": damaged: "), "{said}");
-    assert!(said.contains("drawn.static_offsets: block 5 has "), "{said}");
+    assert!(said.contains("is not the text that this program writes"), "{said}");
     let without: String = toml
         .lines()
         .filter(|line| !line.contains(&format!("{number}")))
@@ -244,8 +244,9 @@ fn what_was_drawn_is_in_the_log_and_cannot_be_changed_there() {
     for (set, is_same) in [("time.duration_s=0.3", true), ("friction.spread_seed=8", false)] {
         let again = folder.path().join(format!("again-{is_same}.mcap"));
         binary::run(&[text(&log), "--set", set], &again);
-        let shown: toml::Table = succeed(&["scenario", "show", text(&again)]).parse().expect("it is TOML");
-        assert_eq!(shown["drawn"]["static_offsets"] == table["drawn"]["static_offsets"], is_same);
+        let shown = succeed(&["scenario", "show", text(&again)]);
+        let list = format!("# static_offsets = {}\n", table["drawn"]["static_offsets"]);
+        assert_eq!(shown.contains(&list), is_same);
         assert!(succeed(&["check", text(&again)]).contains(": whole: "));
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUDE};
 use asperity_record::unit_of;
 
-use crate::keys::{self, AS_STATED, DRAWN_KEYS, KEYS, Key, Kind};
+use crate::keys::{self, AS_STATED, KEYS, Key, Kind};
 use crate::keys::{WINDOW, Window};
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
@@ -13,10 +13,7 @@ use crate::typed::whole;
 
 /// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
-    unknown_keys(&entries.values, [KEYS, DRAWN_KEYS], "", errors);
-    for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
-        checked(key, key.path, entry, errors);
-    }
+    unknown_keys(&entries.values, KEYS, "", errors);
     let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
         Some(Written::Text(word)) => word,
         _ => AS_STATED,
@@ -37,7 +34,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         .iter()
         .flatten()
         .map(|window| {
-            unknown_keys(window, [Window::KEYS, &[]], "recording.window.", errors);
+            unknown_keys(window, Window::KEYS, "recording.window.", errors);
             let mut table = toml::Table::new();
             for key in Window::KEYS {
                 let path = format!("{WINDOW}.{}", key.path);
@@ -69,14 +66,14 @@ const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(
     values: &BTreeMap<String, Entry>,
-    known: [&[Key]; 2],
+    known: &[Key],
     prefix: &str,
     errors: &mut Vec<ScenarioError>,
 ) {
-    let is_known = |path: &str| known.into_iter().flatten().any(|key| key.path == path);
+    let is_known = |path: &str| known.iter().any(|key| key.path == path);
     let unknown = values.iter().filter(|(path, _)| !is_known(path));
     for (index, (path, entry)) in unknown.enumerate() {
-        let meant = if index < MOST_GUESSED { suggest::keys(path, known[0]) } else { Vec::new() };
+        let meant = if index < MOST_GUESSED { suggest::keys(path, known) } else { Vec::new() };
         let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),

@@ -27,7 +27,7 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    /// All, in the order of [`DRAWN_KEYS`](crate::keys::DRAWN_KEYS).
+    /// All, in the order in which texts list what is drawn.
     pub(crate) const ALL: [Quantity; 4] =
         [Quantity::Static, Quantity::Dynamic, Quantity::Stiffness, Quantity::Load];
 
@@ -409,7 +409,7 @@ mod tests {
             scenario(&["slider.blocks=2", "friction.static_offsets=[0.1,0]", "disorder.load_offsets=[0,1]"]);
         assert_eq!(read.hash(), listed.hash());
         // A shown scenario needs no file.
-        let shown = ScenarioSource::new("shown.toml", read.to_commented_toml());
+        let shown = ScenarioSource::new("shown.toml", read.to_editable_toml());
         assert_eq!(Scenario::resolve(&shown).unwrap(), read);
     }
 }

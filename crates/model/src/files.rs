@@ -87,7 +87,8 @@ impl Reading<'_> {
         self.entries.error(key, problem, accepted)
     }
 
-    /// Reads the lists of a file that a key names, each a value of a key as if it were written there.
+    /// Reads the lists of a file that a key names, each a value of a key as if it were written there, unless one of
+    /// them is given; those of a log do not count beside a file that is named for this run.
     pub(crate) fn lists<const N: usize>(
         &mut self,
         (key, name): (&str, &str),
@@ -95,6 +96,10 @@ impl Reading<'_> {
         parse: impl FnOnce(&str) -> Result<[Vec<f64>; N], (usize, String)>,
         accepted: String,
     ) {
+        let is_newer = lists.iter().all(|(list, _)| self.entries.overrides(key, list));
+        if name.is_empty() || !(is_newer || lists.iter().all(|(_, values)| values.is_empty())) {
+            return;
+        }
         let text = self.files(key, name).map(|files| files.text(Path::new(name)));
         let read = text.and_then(|text| {
             let text = text.map_err(|error| format!("{name}: {error}"));

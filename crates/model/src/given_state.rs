@@ -3,18 +3,18 @@
 
 use std::fmt::{self, Write};
 
-use asperity_record::{MOST_STEPS, counted};
+use asperity_record::MOST_STEPS;
 
 use crate::files::Reading;
 use crate::initial::given;
 use crate::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
-use crate::lattice_keys::Refusal;
 use crate::plan::{Plan, RecordingPlan};
-use crate::rows::Rows;
+use crate::profile::{Wrong, columns, is_by_block};
+use crate::rules::Refusal;
 use crate::scenario::Scenario;
 
-/// The first line of a table.
-const HEADER: &str = "displacement_m,velocity_m_per_s,stick_position_m,slides";
+/// The columns of a table.
+const COLUMNS: [&str; 4] = ["displacement_m", "velocity_m_per_s", "stick_position_m", "slides"];
 
 /// The lists of a state, in the order of the columns of a table.
 const LISTS: [&str; 4] = [
@@ -192,33 +192,21 @@ pub(crate) fn read(scenario: &mut Scenario, reading: &mut Reading<'_>) {
             (sliding, &mut initial.sliding_blocks),
         ];
         let blocks = scenario.slider.blocks as usize;
-        let accepted = format!("a CSV file with the header {HEADER} and a row for each block");
+        let accepted = format!("a CSV file with the header {} and a row for each block", COLUMNS.join(","));
         reading.lists(("initial.state_csv", &initial.state_csv), lists, |text| rows(text, blocks), accepted);
     }
 }
 
 /// Parses the columns of a table, of the last one the blocks that slide; the error is the line number and a description.
-fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
-    let rows = Rows::with_heading(text, HEADER)?;
-    let lines = rows.lines();
-    let mut columns: [Vec<f64>; 4] = Default::default();
-    for row in rows {
-        let numbers = row.numbers().and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
-        let numbers = numbers
-            .filter(|numbers| [0.0, 1.0].contains(&numbers[3]))
-            .ok_or_else(|| (row.line, format!("{:?} is not three numbers and 0 or 1", row.to_string())))?;
-        columns.iter_mut().zip(numbers).for_each(|(column, value)| column.push(value));
+fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], Wrong> {
+    let (lines, mut columns) = columns(text, COLUMNS, true)?;
+    if let Some(n) = columns[3].iter().position(|slides| ![0.0, 1.0].contains(slides)) {
+        return Err((lines[n], format!("slides is {}, not 0 or 1", columns[3][n])));
     }
-    match columns[0].len() {
-        found if found == blocks => {
-            let sliding = (1..).zip(&columns[3]).filter(|(_, slides)| **slides != 0.0);
-            columns[3] = sliding.map(|(block, _)| f64::from(block)).collect();
-            Ok(columns)
-        }
-        found => {
-            Err((lines, format!("{} for {}", counted(found as u64, "row"), counted(blocks as u64, "block"))))
-        }
-    }
+    is_by_block(&lines, blocks)?;
+    let sliding = (1..).zip(&columns[3]).filter(|(_, slides)| **slides != 0.0);
+    columns[3] = sliding.map(|(block, _)| f64::from(block)).collect();
+    Ok(columns)
 }
 
 /// Checks that the state that a scenario gives can be one of its slider. For scenarios that obey all rules.
@@ -372,7 +360,7 @@ mod tests {
     use crate::initial_state::InitialState;
     use crate::{Plan, Scenario, ScenarioSource};
 
-    use super::{HEADER, rows};
+    use super::{COLUMNS, rows};
 
     fn resolve(sets: &[&str]) -> Result<Scenario, String> {
         let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
@@ -382,14 +370,18 @@ mod tests {
 
     #[test]
     fn a_table_has_a_row_for_each_block() {
-        let columns = rows(&format!("{HEADER}\n1e-6,0,2e-6,0\n\n 3e-6, -0.5, 0, 1 \n"), 2).unwrap();
+        let header = COLUMNS.join(",");
+        let columns = rows(&format!("{header}\n1e-6,0,2e-6,0\n\n 3e-6, -0.5, 0, 1 \n"), 2).unwrap();
         assert_eq!(columns, [vec![1e-6, 3e-6], vec![0.0, -0.5], vec![2e-6, 0.0], vec![2.0]]);
         for (text, expected) in [
             ("u,v\n", (1, "the header is \"u,v\"")),
-            (&format!("{HEADER}\n1,2,3\n"), (2, "\"1,2,3\" is not three numbers and 0 or 1")),
-            (&format!("{HEADER}\n1,2,nan,0\n"), (2, "\"1,2,nan,0\" is not three numbers and 0 or 1")),
-            (&format!("{HEADER}\n1,2,3,0.5\n"), (2, "\"1,2,3,0.5\" is not three numbers and 0 or 1")),
-            (&format!("{HEADER}\n1,2,3,0\n"), (2, "1 row for 2 blocks")),
+            (&format!("{header}\n1,2,3\n"), (2, "\"1,2,3\" is not a row of 4 numbers")),
+            (
+                &format!("{header}\n1,2,nan,0\n"),
+                (2, "stick_position_m of \"1,2,nan,0\" is not a finite number"),
+            ),
+            (&format!("{header}\n1,2,3,0.5\n"), (2, "slides is 0.5, not 0 or 1")),
+            (&format!("{header}\n1,2,3,0\n"), (2, "1 row for 2 blocks")),
         ] {
             assert_eq!(rows(text, 2), Err((expected.0, expected.1.to_owned())));
         }

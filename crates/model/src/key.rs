@@ -3,6 +3,8 @@
 use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 
 use self::Default::{BySet, Is};
+use crate::choices::DriveKind;
+use crate::laws::FrictionLaw;
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
@@ -35,6 +37,29 @@ pub struct Key {
     pub kind: Kind,
     /// The default value.
     pub default: Default,
+    /// What it needs to have another value than its default, each with the reason.
+    pub needs: &'static [(Need, &'static str)],
+}
+
+/// What a key needs to have a meaning, besides a friction law that uses it ([`crate::laws::FrictionLaw::uses`]).
+#[derive(Debug, Clone, Copy)]
+pub enum Need {
+    /// A chain, or a single block.
+    Chain,
+    /// Two blocks or more.
+    Blocks,
+    /// Nodes at the bottom alone: no slab, and no body.
+    OneRow,
+    /// Nodes above the bottom: a slab or a body.
+    Rows,
+    /// Contacts in one row: no sheet, and no body.
+    OneRowAcross,
+    /// Contacts over an area: a sheet or a body.
+    RowsAcross,
+    /// One of these drives.
+    Drives(&'static [DriveKind]),
+    /// A law of which this holds.
+    Laws(fn(FrictionLaw) -> bool),
 }
 
 /// Type and accepted range of a key.
@@ -97,6 +122,11 @@ pub enum Value {
 }
 
 impl Key {
+    /// Its value in the tables of a scenario; `None` where a default is left out.
+    pub(crate) fn value_in<'a>(&self, scenario: &'a toml::Value) -> Option<&'a toml::Value> {
+        self.path.split('.').try_fold(scenario, |value, part| value.get(part))
+    }
+
     /// The default in the given parameter set (`true` for as-coded), if any.
     pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
         match self.default {

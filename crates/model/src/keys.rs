@@ -10,10 +10,8 @@ mod run;
 pub(crate) mod section;
 mod slider;
 
-pub use crate::drawn_keys::DRAWN_KEYS;
-pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, PARAMETER_SETS, Value};
+pub use crate::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, Need, PARAMETER_SETS, Value};
 pub use disorder::Disorder;
-pub(crate) use forces::FOUNDATION_RATIO;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
 pub use friction::Friction;
 pub use run::{Detection, Recording, Time, Window};

@@ -20,8 +20,7 @@ use std::hint::select_unpredictable;
 
 pub use asperity_record::magnitude;
 
-use crate::junctions::Junctions;
-use crate::rate_and_state::RateAndState;
+use crate::scenario::Scenario;
 
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
@@ -75,25 +74,6 @@ pub struct Affine {
     pub forward_only: bool,
 }
 
-/// The parameters of a scenario that laws use.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LawKeys {
-    /// Whether `friction.reattach` is `two-way`.
-    pub is_two_way: bool,
-    /// Whether `friction.detach_by` is `spring`.
-    pub detaches_by_spring: bool,
-    /// `friction.weakening_velocity_m_per_s`, `v_c`.
-    pub weakening_velocity_m_per_s: f64,
-    /// `friction.drag_at_rest`.
-    pub drag_at_rest: bool,
-    /// `friction.radiation_kg_per_s`, `E`.
-    pub radiation_kg_per_s: f64,
-    /// The numbers of junctions.
-    pub junctions: Junctions,
-    /// The numbers of rate-and-state friction.
-    pub rate_and_state: RateAndState,
-}
-
 /// The law of one contact with `D` tangential freedoms.
 ///
 /// Functions are called for every contact in every step: mark them `#[inline(always)]`, so that they
@@ -116,7 +96,7 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     const KEYS: &'static [&'static str];
 
     /// The law with the numbers of a scenario.
-    fn of(keys: &LawKeys) -> Self;
+    fn of(scenario: &Scenario) -> Self;
 
     /// The friction on a sliding contact, N: positive against a positive velocity.
     fn drag_n(&self, sliding: &Sliding<'_, D>) -> [f64; D];

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::junctions::Junctions;
-use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
+use crate::law::{Affine, ContactLaw, WithLaw, memory_of};
 use crate::rate_and_state::RateAndState;
+use crate::scenario::Scenario;
 pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
@@ -79,9 +80,9 @@ macro_rules! laws {
 
         impl Law {
             /// The law that a scenario asks for.
-            pub fn of(law: FrictionLaw, keys: &LawKeys) -> Law {
-                match law {
-                    $(FrictionLaw::$law => Law::$law(<$file::$law as ContactLaw>::of(keys)),)*
+            pub fn of(scenario: &Scenario) -> Law {
+                match scenario.friction.law {
+                    $(FrictionLaw::$law => Law::$law(<$file::$law as ContactLaw>::of(scenario)),)*
                 }
             }
 
@@ -177,6 +178,16 @@ impl FrictionLaw {
     /// Whether a key has a meaning for this law and not for every law.
     pub fn uses(self, path: &str) -> bool {
         self.keys().any(|key| key == path)
+    }
+
+    /// Whether a key has a meaning for other laws, and not for this one.
+    pub fn lacks(self, path: &str) -> bool {
+        !self.uses(path) && FrictionLaw::ALL.iter().any(|law| law.uses(path))
+    }
+
+    /// Whether a contact either sticks or slides, as a whole.
+    pub(crate) fn has_two_states(self) -> bool {
+        self.sticks() && self != FrictionLaw::Junctions
     }
 
     /// Whether the law is known for contacts that slip along a vector.

@@ -23,7 +23,6 @@
 //!
 //! In reading order; a file uses those above it, and none below:
 //!
-//! - `drawn_keys`: the keys of random draws.
 //! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
 //!   `asperity scenario show` and the key reference are generated from this table.
 //! - `suggest`: the key or scenario that was probably meant.
@@ -53,8 +52,7 @@
 //! - `splitmix`: pseudo-random numbers.
 //! - `derive`: from a scenario to a plan.
 //! - [`preview`]: material and load of a run in advance.
-//! - `law_keys`: keys that only some friction laws use.
-//! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `meaning`: keys without a meaning for a slider, a drive or a friction law.
 //! - `as_coded`: describes the slider of a parameter set.
 //! - `show`: formats a scenario as commented TOML.
 //! - `implausible`: values that no solid has, and the unit that was probably mistaken.
@@ -62,11 +60,7 @@
 //! - `warnings`: accepted values that may surprise.
 //! - [`analytic`]: predictions of the theory.
 //! - [`front`]: the theory of the speed of fronts.
-//! - `contradictions`: rules between keys.
-//! - `schedules`: rules of courses in time.
-//! - `rate_and_state_keys`: rules of rate-and-state friction.
-//! - `end_keys`: rules of the ends of a chain.
-//! - `lattice_keys`: keys that only chains can have, or only slabs, sheets and bodies.
+//! - `rules`: rules between keys.
 //! - `profile`: initial shear and prestress from CSV files.
 //! - `given_state`: states at the start from tables and logs, and whether they fit.
 //! - [`builtin`]: the built-in scenarios.
@@ -77,14 +71,11 @@ mod as_coded;
 pub mod builtin;
 pub mod chain;
 mod choices;
-mod contradictions;
 pub mod course;
 mod defaults;
 mod derive;
 mod disorder;
-mod drawn_keys;
 pub mod elastic;
-mod end_keys;
 pub mod ends;
 mod exact;
 pub mod files;
@@ -97,23 +88,19 @@ pub mod junctions;
 mod key;
 pub mod keys;
 pub mod lattice;
-mod lattice_keys;
 pub mod law;
-mod law_keys;
 pub mod laws;
 pub mod load;
+mod meaning;
 mod node_state;
-mod one_block;
 pub mod plan;
 pub mod preview;
 mod profile;
-mod random_offsets;
 pub mod rate_and_state;
-mod rate_and_state_keys;
 mod resolve;
 pub mod rows;
+mod rules;
 pub mod scenario;
-mod schedules;
 mod show;
 pub mod slab;
 pub mod source;

@@ -1,37 +1,98 @@
-//! Reads a profile along the slider from a CSV file.
+//! Reads columns of numbers from CSV files: profiles along the slider, profiles over time, numbers of blocks.
 
 use asperity_record::bounds::{MOST_COURSE_VALUES, MOST_MAGNITUDE};
+use asperity_record::counted;
 
 use crate::elastic::gaps;
 use crate::rows::Rows;
 
-/// The format of such a file, as stated in errors.
+/// What is wrong with a file: the line, and a description.
+pub(crate) type Wrong = (usize, String);
+
+/// The columns of a file under a heading with these names, in any order, and the line of each row. Without `all`, some
+/// of the columns may be absent, and are empty.
+///
+/// # Errors
+/// If the heading has other names, there are no rows, or a row is not a number for each column.
+pub(crate) fn columns<const N: usize>(
+    text: &str,
+    names: [&str; N],
+    all: bool,
+) -> Result<(Vec<usize>, [Vec<f64>; N]), Wrong> {
+    let mut rows = Rows::of(text);
+    let heading = rows.next().unwrap_or_default();
+    let mut places: Vec<usize> = Vec::new();
+    for cell in &heading.cells {
+        let place = names.iter().position(|name| *name == cell);
+        places.extend(place.filter(|place| !places.contains(place)));
+    }
+    let is_short = places.len() < if all { N } else { heading.cells.len().max(1) };
+    if is_short || places.len() < heading.cells.len() {
+        return Err((heading.line.max(1), format!("the header is {:?}", heading.to_string())));
+    }
+    let (mut lines, mut columns) = (Vec::new(), [const { Vec::new() }; N]);
+    for row in rows {
+        if row.cells.len() != places.len() {
+            let needed = counted(places.len() as u64, "number");
+            return Err((row.line, format!("{:?} is not a row of {needed}", row.to_string())));
+        }
+        for (place, cell) in places.iter().zip(&row.cells) {
+            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
+            let problem = || format!("{} of {:?} is not a finite number", names[*place], row.to_string());
+            columns[*place].push(number.ok_or_else(|| (row.line, problem()))?);
+        }
+        lines.push(row.line);
+    }
+    if lines.is_empty() { Err((1, "there are no rows".to_owned())) } else { Ok((lines, columns)) }
+}
+
+/// Refuses a file that has not a row for each block.
+pub(crate) fn is_by_block(lines: &[usize], blocks: usize) -> Result<(), Wrong> {
+    let rows = lines.len();
+    let problem = || format!("{} for {}", counted(rows as u64, "row"), counted(blocks as u64, "block"));
+    if rows == blocks { Ok(()) } else { Err((lines[blocks.min(rows - 1)], problem())) }
+}
+
+/// The format of a profile, as stated in errors.
 pub(crate) const ACCEPTED: &str =
     "a CSV file with the header x_over_l,tau_over_p and rows by ascending x_over_l, the first 0, the last 1";
 
 /// Reads a profile and interpolates it linearly to every block.
 ///
 /// # Errors
-/// Line and description, if it is not such a profile.
-pub(crate) fn parse_profile(text: &str, blocks: usize) -> Result<[Vec<f64>; 1], (usize, String)> {
-    Ok([interpolated(&parse(text)?, blocks)])
+/// If it is not such a profile.
+pub(crate) fn parse_profile(text: &str, blocks: usize) -> Result<[Vec<f64>; 1], Wrong> {
+    let (lines, [x, values]) = columns(text, ["x_over_l", "tau_over_p"], true)?;
+    Ok([interpolated(&lines, &x, &values, blocks)?])
 }
 
-/// The header of a profile.
-const HEADER: &str = "x_over_l,tau_over_p";
-
-/// The value at every block.
-fn interpolated(rows: &[(f64, f64)], blocks: usize) -> Vec<f64> {
+/// The values at all blocks between rows, not none, of places and values.
+fn interpolated(lines: &[usize], x: &[f64], values: &[f64], blocks: usize) -> Result<Vec<f64>, Wrong> {
+    for (n, line) in lines.iter().enumerate() {
+        let problem = if n == 0 && x[0] != 0.0 {
+            format!("the first row is at {}", x[0])
+        } else if n > 0 && x[n] <= x[n - 1] {
+            format!("{} is not above the row before", x[n])
+        } else if values[n].abs() > MOST_MAGNITUDE {
+            // Between larger ones, nothing can be interpolated.
+            format!("{:e} is too large to calculate with, beyond {MOST_MAGNITUDE:e}", values[n])
+        } else if n + 1 == lines.len() && x[n] != 1.0 {
+            format!("the last row is at {}", x[n])
+        } else {
+            continue;
+        };
+        return Err((*line, problem));
+    }
     let mut behind = 1;
     let at_block = |n: usize| {
-        let x = n as f64 / gaps(blocks) as f64;
-        while behind + 1 < rows.len() && rows[behind].0 < x {
+        let at = n as f64 / gaps(blocks) as f64;
+        while behind + 1 < x.len() && x[behind] < at {
             behind += 1;
         }
-        let ((from, start), (to, end)) = (rows[behind - 1], rows[behind]);
-        start + (end - start) * ((x - from) / (to - from))
+        let (from, start) = (x[behind - 1], values[behind - 1]);
+        start + (values[behind] - start) * ((at - from) / (x[behind] - from))
     };
-    (0..blocks).map(at_block).collect()
+    Ok((0..blocks).map(at_block).collect())
 }
 
 /// The format of a file with profiles over time, as stated in errors.
@@ -45,37 +106,23 @@ pub(crate) fn accepted_course(value: &str) -> String {
 /// Reads profiles over time, and interpolates each to all blocks: the times, and the values of all blocks, time by time.
 ///
 /// # Errors
-/// Line and description, if it is not of that kind.
-pub(crate) fn parse_course(text: &str, value: &str, blocks: usize) -> Result<[Vec<f64>; 2], (usize, String)> {
-    let rows = Rows::with_heading(text, &format!("time_s,x_over_l,{value}"))?;
-    let (mut times, mut values) = (Vec::new(), Vec::new());
-    // The line of the last row, and the rows of its time.
-    let (mut line, mut pairs) = (1, Vec::new());
-    for row in rows {
-        let numbers = row.numbers().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-        let [time_s, pair @ ..] =
-            numbers.ok_or_else(|| (row.line, format!("{:?} is not three numbers", row.to_string())))?;
-        match times.last() {
-            Some(last_s) if *last_s == time_s => {}
-            Some(last_s) if time_s < *last_s => {
-                return Err((row.line, format!("time {time_s} is below the one before")));
-            }
-            last_s => {
-                if last_s.is_some() {
-                    values.extend(interpolated(&whole(std::mem::take(&mut pairs), line)?, blocks));
-                }
-                if values.len() + blocks > MOST_COURSE_VALUES {
-                    let problem =
-                        format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
-                    return Err((row.line, problem));
-                }
-                times.push(time_s);
-            }
+/// If it is not of that kind.
+pub(crate) fn parse_course(text: &str, value: &str, blocks: usize) -> Result<[Vec<f64>; 2], Wrong> {
+    let (lines, [times_s, x, of_rows]) = columns(text, ["time_s", "x_over_l", value], true)?;
+    let (mut times, mut values, mut from) = (Vec::new(), Vec::new(), 0);
+    for same in times_s.chunk_by(|a, b| a == b) {
+        let rows = from..from + same.len();
+        if times.last().is_some_and(|last_s| same[0] < *last_s) {
+            return Err((lines[from], format!("time {} is below the one before", same[0])));
         }
-        line = row.line;
-        push(&mut pairs, pair, line)?;
+        if values.len() + blocks > MOST_COURSE_VALUES {
+            let problem = format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
+            return Err((lines[from], problem));
+        }
+        times.push(same[0]);
+        values.extend(interpolated(&lines[rows.clone()], &x[rows.clone()], &of_rows[rows], blocks)?);
+        from += same.len();
     }
-    values.extend(interpolated(&whole(pairs, line)?, blocks));
     Ok([times, values])
 }
 
@@ -91,80 +138,16 @@ pub(crate) fn accepted_blocks(blocks: usize) -> String {
 /// The numbers of a file of blocks: for each of [`BLOCK_COLUMNS`] one per block, or none without that column.
 ///
 /// # Errors
-/// Line and description, if it is not such a file.
-pub(crate) fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], (usize, String)> {
-    let mut rows = Rows::of(text);
-    let heading = rows.next().unwrap_or_default();
-    let mut places = Vec::new();
-    for name in &heading.cells {
-        let place = BLOCK_COLUMNS.iter().position(|column| *column == name);
-        places.extend(place.filter(|place| !places.contains(place)));
-    }
-    if places.is_empty() || places.len() < heading.cells.len() {
-        return Err((heading.line.max(1), format!("the header is {:?}", heading.to_string())));
-    }
-    let lines = rows.lines();
-    let mut columns: [Vec<f64>; 4] = Default::default();
-    for row in rows {
-        let fits = |numbers: &Vec<f64>| numbers.len() == places.len();
-        let numbers = row.numbers().filter(fits).ok_or_else(|| {
-            (row.line, format!("{:?} is not a row of {} numbers", row.to_string(), places.len()))
-        })?;
-        for (place, value) in places.iter().zip(numbers) {
-            columns[*place].push(value);
-        }
-        if columns[places[0]].len() > blocks {
-            return Err((row.line, format!("a row beyond the last of {blocks} blocks")));
-        }
-    }
-    match columns[places[0]].len() {
-        rows if rows == blocks => Ok(columns),
-        rows => Err((lines, format!("{rows} rows for {blocks} blocks"))),
-    }
-}
-
-/// Parses pairs of place and value; the error is the line number and a description.
-fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
-    let (mut line, mut pairs) = (1, Vec::new());
-    for row in Rows::with_heading(text, HEADER)? {
-        let numbers = row.numbers().and_then(|numbers| <[f64; 2]>::try_from(numbers).ok());
-        let pair =
-            numbers.ok_or_else(|| (row.line, format!("{:?} is not a pair of numbers", row.to_string())))?;
-        line = row.line;
-        push(&mut pairs, pair, line)?;
-    }
-    whole(pairs, line)
-}
-
-/// Adds a pair of place and value, in a line, to those before.
-fn push(pairs: &mut Vec<(f64, f64)>, [x, value]: [f64; 2], line: usize) -> Result<(), (usize, String)> {
-    match pairs.last() {
-        None if x != 0.0 => return Err((line, format!("the first row is at {x}"))),
-        Some((before, _)) if x <= *before => return Err((line, format!("{x} is not above the row before"))),
-        // Between larger ones, nothing can be interpolated.
-        _ if value.abs() > MOST_MAGNITUDE => {
-            return Err((
-                line,
-                format!("{value:e} is too large to calculate with, beyond {MOST_MAGNITUDE:e}"),
-            ));
-        }
-        _ => pairs.push((x, value)),
-    }
-    Ok(())
-}
-
-/// The pairs, the last of them in a line, if they reach the other end.
-fn whole(pairs: Vec<(f64, f64)>, line: usize) -> Result<Vec<(f64, f64)>, (usize, String)> {
-    match pairs.last() {
-        Some((1.0, _)) => Ok(pairs),
-        Some((x, _)) => Err((line, format!("the last row is at {x}"))),
-        None => Err((1, "there are no rows".to_owned())),
-    }
+/// If it is not such a file.
+pub(crate) fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], Wrong> {
+    let (lines, columns) = columns(text, BLOCK_COLUMNS, false)?;
+    is_by_block(&lines, blocks)?;
+    Ok(columns)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{parse, parse_blocks, parse_course};
+    use super::{parse_blocks, parse_course, parse_profile};
 
     #[test]
     fn a_file_that_is_too_long_is_refused() {
@@ -186,8 +169,8 @@ mod tests {
             ("0,0,1\n0,0.5,1\n", 3, "the last row is at 0.5"),
             ("0,0,1\n0,1,1\n1,0.1,1\n1,1,1", 4, "the first row is at 0.1"),
             ("1,0,1\n1,1,1\n0,0,1", 4, "time 0 is below the one before"),
-            ("x,0,1", 2, "\"x,0,1\" is not three numbers"),
-            ("0,0,y", 2, "\"0,0,y\" is not three numbers"),
+            ("x,0,1", 2, "time_s of \"x,0,1\" is not a finite number"),
+            ("0,0,y", 2, "factor of \"0,0,y\" is not a finite number"),
         ] {
             assert_eq!(read(&format!("{head}{rows}")).unwrap_err(), (line, problem.to_owned()), "{rows:?}");
         }
@@ -204,10 +187,11 @@ mod tests {
             ("", 1, "the header is \"\""),
             ("load_offset,load_offset\n0,0\n0,0", 1, "the header is \"load_offset,load_offset\""),
             ("offset\n0\n0", 1, "the header is \"offset\""),
-            ("load_offset\n0\n", 2, "1 rows for 2 blocks"),
-            ("load_offset\n0\n0\n0", 4, "a row beyond the last of 2 blocks"),
-            ("load_offset\n0\n0,1", 3, "\"0,1\" is not a row of 1 numbers"),
-            ("load_offset\nnan\n0", 2, "\"nan\" is not a row of 1 numbers"),
+            ("load_offset\n0\n", 2, "1 row for 2 blocks"),
+            ("load_offset\n", 1, "there are no rows"),
+            ("load_offset\n0\n0\n0", 4, "3 rows for 2 blocks"),
+            ("load_offset\n0\n0,1", 3, "\"0,1\" is not a row of 1 number"),
+            ("load_offset\nnan\n0", 2, "load_offset of \"nan\" is not a finite number"),
         ] {
             assert_eq!(read(text).unwrap_err(), (line, problem.to_owned()), "{text:?}");
         }
@@ -215,13 +199,13 @@ mod tests {
 
     #[test]
     fn wrong_files_are_refused_with_line_and_reason() {
-        let wrong = |text: &str| parse(text).unwrap_err();
+        let wrong = |text: &str| parse_profile(text, 3).unwrap_err();
         assert_eq!(wrong("x,tau"), (1, "the header is \"x,tau\"".to_owned()));
         let head = "x_over_l,tau_over_p\n";
         assert_eq!(wrong(&format!("{head}0,0\n0.5,nan\n1,0")).0, 3);
         assert_eq!(wrong(&format!("{head}0,0\n0.5,0\n0.5,1\n1,0")).0, 4);
         assert_eq!(wrong(&format!("{head}0,0\n0.5,0\n")).1, "the last row is at 0.5");
         assert_eq!(wrong(head).1, "there are no rows");
-        assert_eq!(parse(&format!("{head}0,-1\n1,1\n")).unwrap(), [(0.0, -1.0), (1.0, 1.0)]);
+        assert_eq!(parse_profile(&format!("{head}0,-1\n1,1\n"), 3).unwrap(), [[-1.0, 0.0, 1.0]]);
     }
 }

@@ -5,14 +5,12 @@ use std::path::Path;
 
 use asperity_record::{MOST_STEPS, TimeGrid};
 
-use crate::contradictions::in_few_digits;
 use crate::disorder::Quantity;
 use crate::files::{Files, Reading, Texts};
+use crate::rules::in_few_digits;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioErrors, ScenarioSource};
-use crate::{
-    builtin, contradictions, defaults, given_state, law_keys, profile, random_offsets, suggest, text,
-};
+use crate::{builtin, defaults, given_state, meaning, profile, rules, suggest, text};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -130,27 +128,19 @@ impl Scenario {
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
-        law_keys::settle(&entries, &mut table, &mut errors);
+        meaning::settle(&entries, &mut table, &mut errors);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         scenario.round_default_times(&entries);
-        let mut reading = Reading { entries: &entries, files, errors: &mut errors };
-        scenario.read_blocks(&mut reading);
-        scenario.read_courses(&mut reading);
-        contradictions::check(&scenario, &entries, &mut errors);
-        if errors.is_empty() {
-            random_offsets::check(&scenario, &entries, &mut errors);
-        }
-        if errors.is_empty() {
-            scenario.read_profiles(&mut Reading { entries: &entries, files, errors: &mut errors });
-        }
+        scenario.read_files(&mut Reading { entries: &entries, files, errors: &mut errors });
+        rules::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
             let mut reading = Reading { entries: &entries, files, errors: &mut errors };
             given_state::read(&mut scenario, &mut reading);
         }
         if errors.is_empty() {
-            contradictions::check_start(&scenario, &entries, &mut errors);
+            rules::check_start(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() {
             errors.extend(scenario.too_long_for_a_log(&entries));
@@ -176,10 +166,21 @@ impl Scenario {
         }
     }
 
-    /// Reads the named courses of all contacts from their files, unless they have been read.
-    fn read_courses(&mut self, reading: &mut Reading<'_>) {
-        let (load, prestress, blocks) =
-            (&mut self.normal_load, &mut self.prestress, self.slider.blocks as usize);
+    /// Reads the lists of the files that it names.
+    fn read_files(&mut self, reading: &mut Reading<'_>) {
+        let (blocks, contacts) = (self.slider.blocks as usize, self.slider.contacts() as usize);
+        let (shear, prestress, load) = (&mut self.initial_shear, &mut self.prestress, &mut self.normal_load);
+        let (friction, disorder) = (&mut self.friction, &mut self.disorder);
+        let [mu_s, mu_d, kt, p] = Quantity::ALL.map(Quantity::offsets_key);
+        let of_blocks = [
+            (mu_s, &mut friction.static_offsets),
+            (mu_d, &mut friction.dynamic_offsets),
+            (kt, &mut disorder.stiffness_offsets),
+            (p, &mut disorder.load_offsets),
+        ];
+        let parse = |text: &str| profile::parse_blocks(text, contacts);
+        let accepted = profile::accepted_blocks(contacts);
+        reading.lists(("disorder.contacts_csv", &disorder.contacts_csv), of_blocks, parse, accepted);
         let of_load = [
             ("normal_load.course_s", &mut load.course_s),
             ("normal_load.course_factor", &mut load.course_factor),
@@ -192,45 +193,15 @@ impl Scenario {
             ("normal_load.course_csv", &load.course_csv, "factor", of_load),
             ("prestress.course_csv", &prestress.course_csv, "ratio", of_prestress),
         ] {
-            let is_given = lists.iter().any(|(_, list)| !list.is_empty());
-            if !file.is_empty() && (!is_given || reading.entries.overrides(key, lists[0].0)) {
-                let parse = |text: &str| profile::parse_course(text, value, blocks);
-                reading.lists((key, file), lists, parse, profile::accepted_course(value));
-            }
+            let parse = |text: &str| profile::parse_course(text, value, blocks);
+            reading.lists((key, file), lists, parse, profile::accepted_course(value));
         }
-    }
-
-    /// Reads the named offsets of blocks from their file, unless they have been read.
-    fn read_blocks(&mut self, reading: &mut Reading<'_>) {
-        let (key, contacts) = ("disorder.contacts_csv", self.slider.contacts() as usize);
-        let (friction, disorder) = (&mut self.friction, &mut self.disorder);
-        let [mu_s, mu_d, kt, p] = Quantity::ALL.map(Quantity::offsets_key);
-        let lists = [
-            (mu_s, &mut friction.static_offsets),
-            (mu_d, &mut friction.dynamic_offsets),
-            (kt, &mut disorder.stiffness_offsets),
-            (p, &mut disorder.load_offsets),
-        ];
-        let file = &disorder.contacts_csv;
-        let is_newer = lists.iter().all(|(list, _)| reading.entries.overrides(key, list));
-        if !file.is_empty() && (is_newer || lists.iter().all(|(_, list)| list.is_empty())) {
-            let parse = |text: &str| profile::parse_blocks(text, contacts);
-            reading.lists((key, file), lists, parse, profile::accepted_blocks(contacts));
-        }
-    }
-
-    /// Reads the named profiles from their files, unless they have been read.
-    fn read_profiles(&mut self, reading: &mut Reading<'_>) {
-        let (shear, prestress, blocks) =
-            (&mut self.initial_shear, &mut self.prestress, self.slider.blocks as usize);
         for (key, file, list, profile) in [
             ("initial_shear.profile_csv", &shear.profile_csv, "initial_shear.profile", &mut shear.profile),
             ("prestress.profile_csv", &prestress.profile_csv, "prestress.profile", &mut prestress.profile),
         ] {
-            if !file.is_empty() && profile.is_empty() {
-                let parse = |text: &str| profile::parse_profile(text, blocks);
-                reading.lists((key, file), [(list, profile)], parse, profile::ACCEPTED.to_owned());
-            }
+            let parse = |text: &str| profile::parse_profile(text, blocks);
+            reading.lists((key, file), [(list, profile)], parse, profile::ACCEPTED.to_owned());
         }
     }
 }

@@ -30,24 +30,6 @@ impl<'a> Rows<'a> {
         let reader = reader.has_headers(false).flexible(true).trim(csv::Trim::All);
         Rows { text, reader: reader.from_reader(text.as_bytes()) }
     }
-
-    /// The heading of a text with these columns, from which on the iterator gives the rows.
-    ///
-    /// # Errors
-    /// Line and description, if it has others.
-    pub(crate) fn with_heading(text: &'a str, columns: &str) -> Result<Rows<'a>, (usize, String)> {
-        let mut rows = Rows::of(text);
-        let heading = rows.next().unwrap_or_default();
-        match heading.cells.iter().eq(columns.split(',')) {
-            true => Ok(rows),
-            false => Err((heading.line.max(1), format!("the header is {:?}", heading.to_string()))),
-        }
-    }
-
-    /// The number of lines of the text.
-    pub(crate) fn lines(&self) -> usize {
-        self.text.lines().count()
-    }
 }
 
 impl Iterator for Rows<'_> {
@@ -73,14 +55,6 @@ impl Iterator for Rows<'_> {
             return Some(Row { line, cells });
         }
         None
-    }
-}
-
-impl Row {
-    /// Its cells as numbers, if all are finite numbers.
-    pub(crate) fn numbers(&self) -> Option<Vec<f64>> {
-        let number = |cell: &str| cell.parse::<f64>().ok().filter(|value| value.is_finite());
-        self.cells.iter().map(number).collect()
     }
 }
 

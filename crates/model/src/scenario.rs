@@ -6,16 +6,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{DetachBy, DriveKind, JunctionStart, ParameterSet, Reattach};
+use crate::choices::{DriveKind, ParameterSet, Reattach};
 use crate::elastic::gaps;
-use crate::junctions::Junctions;
 pub use crate::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
     Recording, Slider, Time, Window,
 };
-use crate::law::LawKeys;
 use crate::laws::Law;
-use crate::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE, RateAndState};
+use crate::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,6 +74,15 @@ impl Slider {
         self.blocks.saturating_mul(self.across)
     }
 
+    /// The keys, with their values, by which a lattice would be a chain.
+    pub(crate) fn keys_of_a_chain(&self) -> &'static str {
+        match (self.is_over_area(), self.rows > 1) {
+            (false, _) => "slider.rows = 1",
+            (true, false) => "slider.across = 1",
+            (true, true) => "slider.across = 1 and slider.rows = 1",
+        }
+    }
+
     /// `k` of a chain (5.5).
     pub(crate) fn chain_stiffness_n_per_m(&self) -> f64 {
         let gaps = gaps(self.blocks as usize) as f64;
@@ -114,46 +121,11 @@ impl Drive {
 impl Scenario {
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
-        let friction = &self.friction;
-        let event_speed_m_per_s = match friction.event_speed_m_per_s {
-            0.0 => self.default_event_speed_m_per_s(),
-            given_m_per_s => given_m_per_s,
-        };
-        let keys = LawKeys {
-            is_two_way: friction.is_two_way(),
-            detaches_by_spring: friction.detach_by == DetachBy::Spring,
-            weakening_velocity_m_per_s: friction.weakening_velocity_m_per_s,
-            drag_at_rest: friction.drag_at_rest,
-            radiation_kg_per_s: friction.radiation_kg_per_s,
-            junctions: Junctions {
-                count: friction.junction_count as usize,
-                constant_n_per_m2: friction.junction_constant_n_per_m2,
-                healing_time_s: friction.healing_time_s,
-                healing_deviation_s: friction.healing_deviation_s,
-                width: friction.junction_width,
-                are_drawn: friction.junction_start == JunctionStart::Drawn,
-                seed: friction.junction_seed,
-                sliding_share: friction.sliding_share,
-            },
-            rate_and_state: RateAndState {
-                direct_effect: friction.direct_effect,
-                evolution_effect: friction.evolution_effect,
-                critical_slip_m: friction.critical_slip_m,
-                reference_velocity_m_per_s: friction.reference_velocity_m_per_s,
-                reference_coefficient: friction.reference_coefficient,
-                evolution: friction.evolution,
-                inertia: friction.inertia,
-                radiation_kg_per_s: friction.radiation_kg_per_s,
-                initial_kick: friction.initial_kick,
-                event_speed_m_per_s,
-                tolerance: self.time.tolerance,
-            },
-        };
-        Law::of(friction.law, &keys)
+        Law::of(self)
     }
 
     /// `V_th` without a key: a short part of a course that is far faster than the start hides no slips.
-    fn default_event_speed_m_per_s(&self) -> f64 {
+    pub(crate) fn default_event_speed_m_per_s(&self) -> f64 {
         let (slider, friction, drive) = (&self.slider, &self.friction, &self.drive);
         let blocks = f64::from(slider.contacts());
         let load_n = self.normal_load.total_n / blocks;

@@ -6,9 +6,9 @@ use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
 use crate::choices::ParameterSet;
 use crate::derive::ADVISED_SHARE;
 use crate::disorder::Quantity;
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
+use crate::keys::{self, Bound, KEYS, Key, Kind};
 use crate::keys::{WINDOW, Window};
-use crate::law_keys;
+use crate::meaning;
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError};
 
@@ -38,30 +38,22 @@ impl Scenario {
             let default =
                 key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
             // A key that is not serialised has its default.
-            let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
-            let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
+            let found =
+                key.value_in(&value).or(default.as_ref()).expect("the key table names fields of a scenario");
             let follows_set =
                 matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {
                 // Left out, so that another law brings its own default.
-                law_keys::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
+                meaning::is_decided_by_law(key.path, self.friction.law, found).then_some("friction.law")
             };
             comment_and_value(&mut out, key, name, found, left_to);
             if leave_to_parameter_set && key.path == "time.step_s" && self.friction.law.sticks() {
                 out.push_str(&self.comment_on_step());
             }
         }
-        let drawn = DRAWN_KEYS.iter().zip(Quantity::ALL).map(|(key, quantity)| (key, quantity.drawn(self)));
-        for (index, (key, drawn)) in drawn.filter(|(_, drawn)| !drawn.is_empty()).enumerate() {
-            let (section, name) = key.path.rsplit_once('.').expect("drawn keys stand in a table");
-            if index == 0 {
-                out.push_str(&format!("\n[{section}]\n"));
-            }
-            let drawn = toml::Value::Array(drawn.into_iter().map(toml::Value::Float).collect());
-            comment_and_value(&mut out, key, name, &drawn, None);
-        }
+        self.write_drawn(&mut out, if leave_to_parameter_set { "# " } else { "" });
         if leave_to_parameter_set && self.recording.window.is_empty() {
             out.push_str(&self.example_of_a_window());
         }
@@ -78,6 +70,31 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// Lists what is drawn for each contact, so that other programs need no generator. Logs have it as a table, which
+    /// nothing reads here; what is edited has it as comments.
+    fn write_drawn(&self, out: &mut String, start: &str) {
+        let mut heading = format!("\n{start}[drawn]\n");
+        for (of, to) in Quantity::ALL.into_iter().zip(["mu_s", "mu_d", "k_t, over k_t", "p, over p"]) {
+            let drawn = of.drawn(self);
+            if drawn.is_empty() {
+                continue;
+            }
+            out.push_str(&std::mem::take(&mut heading));
+            let how = match of {
+                Quantity::Static => {
+                    "block by block, drawn with friction.spread_seed; for information, they cannot be set"
+                }
+                _ => "likewise",
+            };
+            let (spread, kind) = (of.spread_key(), Kind::Numbers(Bound::Open, Bound::Open));
+            for line in wrap(&format!("Offsets that {spread} adds to {to}, {how}. Accepted: {kind}."), 98) {
+                out.push_str(&format!("# {line}\n"));
+            }
+            let (_, name) = of.offsets_key().rsplit_once('.').expect("lists stand in sections");
+            out.push_str(&format!("{start}{name} = {}\n", toml::Value::from(drawn)));
+        }
+    }
+
     /// Why the text in its log would be longer than any reader accepts; `None` if it is not.
     pub(crate) fn too_long_for_a_log(&self, entries: &Entries) -> Option<ScenarioError> {
         let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
@@ -88,8 +105,7 @@ impl Scenario {
             return None;
         }
         let too_long = check_toml(&self.to_commented_toml()).err()?;
-        let find = |key: &Key| key.path.split('.').try_fold(&value, |value, part| value.get(part));
-        let own = KEYS.iter().filter_map(|key| Some((find(key)?.to_string().len(), key.path)));
+        let own = KEYS.iter().filter_map(|key| Some((key.value_in(&value)?.to_string().len(), key.path)));
         let of_draws = Quantity::ALL.iter().map(|of| {
             let drawn: Vec<String> = of.drawn(self).iter().map(f64::to_string).collect();
             (drawn.join(", ").len(), of.spread_key())
@@ -207,8 +223,37 @@ mod tests {
             let scenario = resolve(text).unwrap_or_else(|errors| panic!("{name}: {errors}"));
             assert_eq!(scenario.name, name);
             assert!(!scenario.summary.is_empty(), "{name} has no summary");
-            assert_eq!(resolve(&scenario.to_commented_toml()).unwrap(), scenario);
             assert_eq!(resolve(&scenario.to_editable_toml()).unwrap(), scenario);
+            let source = ScenarioSource::logged("run.mcap", scenario.to_commented_toml());
+            assert_eq!(Scenario::resolve(&source).unwrap(), scenario);
+        }
+    }
+
+    #[test]
+    fn what_was_drawn_is_listed_to_the_last_digit_and_passed_over_in_logs() {
+        let text = "slider.blocks = 4\nfriction.static_spread = 0.1\nfriction.spread_seed = 7";
+        let scenario = resolve(text).unwrap();
+        let logged = scenario.to_commented_toml();
+        let table: toml::Table = logged.parse().unwrap();
+        let drawn = table["drawn"].as_table().unwrap();
+        assert_eq!(drawn.keys().collect::<Vec<_>>(), ["static_offsets"], "nothing else was drawn");
+        let offsets = drawn["static_offsets"].as_array().unwrap().iter().map(|v| v.as_float().unwrap());
+        let plan = crate::Plan::new(&scenario);
+        for (n, offset) in offsets.enumerate() {
+            let expected = (0.7 + 0.0 + offset) * plan.normal_load_n[n];
+            assert_eq!(plan.friction.static_threshold_n[n], expected, "block {}", n + 1);
+        }
+        let list =
+            &logged[logged.find("\nstatic_offsets = [0").or(logged.find("\nstatic_offsets = [-")).unwrap()..];
+        assert!(scenario.to_editable_toml().contains(&list.replace('\n', "\n# ")[..60]));
+        let refused = resolve("drawn.static_offsets = [0.1]").unwrap_err().to_string();
+        assert!(
+            refused.contains("drawn.static_offsets: unknown key, set to [0.1]; did you mean friction.static")
+        );
+        for (set, is_same) in [("friction.spread_seed=8", false), ("friction.dynamic_spread=0.01", true)] {
+            let source = ScenarioSource::logged("run.mcap", &logged).with_override(set);
+            let again: toml::Table = Scenario::resolve(&source).unwrap().to_commented_toml().parse().unwrap();
+            assert_eq!(again["drawn"]["static_offsets"] == drawn["static_offsets"], is_same, "{set}");
         }
     }
 

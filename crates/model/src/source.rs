@@ -236,8 +236,8 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
         let path =
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
-            // Logs by earlier code of this format have this key, which says what every record has.
-            _ if layer.kind == LayerKind::Log && path == "recording.energies" => {}
+            // Every record has energies, which a key of earlier code says; what is drawn follows from other keys.
+            _ if layer.kind == LayerKind::Log && ["recording.energies", "drawn"].contains(&&*path) => {}
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
                 let windows = windows.iter().map(|window| {

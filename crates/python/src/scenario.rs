@@ -136,10 +136,10 @@ impl Scenario {
         py.detach(|| self.resolved.hash())
     }
 
-    /// All values as commented TOML.
+    /// All values as commented TOML, as `asperity scenario show` prints them.
     #[getter]
     fn toml(&self, py: Python<'_>) -> String {
-        py.detach(|| self.resolved.to_commented_toml())
+        py.detach(|| self.resolved.to_editable_toml())
     }
 
     /// What may surprise, although it is accepted.

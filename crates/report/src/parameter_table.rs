@@ -37,10 +37,8 @@ impl Parameters {
             ("initial_velocity.mode", &["initial_velocity.amplitude_m_per_s"]),
             ("normal_load.schedule_from", &["normal_load.schedule_s"]),
         ];
-        let of_law = |law: &FrictionLaw| law.uses(key.path);
         let word = self.get("friction.law").and_then(Value::as_str);
-        let is_this = |law: &&FrictionLaw| Some(law.word()) == word;
-        if FrictionLaw::ALL.iter().any(of_law) && !FrictionLaw::ALL.iter().find(is_this).is_some_and(of_law) {
+        if FrictionLaw::ALL.iter().any(|law| Some(law.word()) == word && law.lacks(key.path)) {
             return true;
         }
         let is_off = |other: &&str| self.get(other).is_none_or(does_nothing);

@@ -6,8 +6,12 @@ use super::section::section;
 use crate::choices::Distribution;
 use crate::key::Bound::{Excluding, Including, Open};
 use crate::key::Kind::{Number, Numbers, Text, Word};
-use crate::key::NOT_NEGATIVE;
+use crate::key::Need::{Chain, OneRow};
+use crate::key::{NOT_NEGATIVE, Need};
 use crate::keys::List;
+
+const STIFFNESS: &[(Need, &str)] = &[(Chain, "its contacts have no k_t of their own")];
+const LOAD: &[(Need, &str)] = &[(OneRow, "its contacts have no p of their own")];
 
 section! {
     /// `[disorder]`
@@ -25,14 +29,14 @@ section! {
         /// correlation exp(-(|dx| + |dy|) / length); 0 for draws of their own.
         correlation_length_m: f64 = 0.0; NOT_NEGATIVE;
         /// Spread of the friction springs' stiffness k_t of the blocks of a chain, over its mean; 0 for none.
-        stiffness_spread: f64 = 0.0; NOT_NEGATIVE;
+        stiffness_spread: f64 = 0.0; NOT_NEGATIVE; needs STIFFNESS;
         /// Spread of the normal load p of the contacts of a chain or a sheet, over p; 0 for none. The loads are scaled
         /// so that they add up to normal_load.total_n.
-        load_spread: f64 = 0.0; NOT_NEGATIVE;
+        load_spread: f64 = 0.0; NOT_NEGATIVE; needs LOAD;
         /// What is added to k_t, over k_t, block by block; empty for nothing.
-        stiffness_offsets: List = []; Numbers(Open, Open);
+        stiffness_offsets: List = []; Numbers(Open, Open); needs STIFFNESS;
         /// What is added to p, over p, block by block, before the scaling to the total; empty for nothing.
-        load_offsets: List = []; Numbers(Open, Open);
+        load_offsets: List = []; Numbers(Open, Open); needs LOAD;
         /// A file, named from the current folder, with a row for each block and one or more of the columns
         /// static_offset, dynamic_offset, stiffness_offset and load_offset, which fill the lists of these names. It is
         /// read unless one of these lists is given, and once; the run's log holds what it said.

@@ -4,6 +4,7 @@ use super::section::section;
 use crate::choices::{DetachBy, JunctionStart, Reattach};
 use crate::key::Bound::{Excluding, Including, Open};
 use crate::key::Kind::{Count, Flag, Number, Numbers, Word};
+use crate::key::Need::{Chain, OneRowAcross};
 use crate::key::{NOT_NEGATIVE, POSITIVE};
 use crate::keys::List;
 use crate::laws::{self, FrictionLaw};
@@ -36,6 +37,7 @@ section! {
         /// of all forces but friction (5.13); spring, that of its friction spring, |k_t (u_n - u_stick,n)|. At rest
         /// they are equal; before a front tau_n is larger. Of chains and single blocks.
         detach_by: DetachBy = "force"; Word(&["force", "spring"]), later;
+        needs &[(Chain, "how contacts of this body detach by their springs is not derived")];
         /// Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).
         weakening_velocity_m_per_s: f64 = 0.1; POSITIVE, "v_c", later;
         /// Of rigid and velocity-weakening: whether mu_d p resists a block from the first step of its slip, in which it
@@ -44,6 +46,7 @@ section! {
         drag_at_rest: bool = false; Flag, later;
         /// Damping -E v of a sliding block, as by waves that it radiates (2.4); of chains, not by junctions.
         radiation_kg_per_s: f64 = 0.0; NOT_NEGATIVE, "E", later;
+        needs &[(Chain, "this body carries the waves away itself; radiation is that of a chain's contacts")];
         /// Of junctions: how many each contact has.
         junction_count: u32 = 100; Count(1, MOST_JUNCTIONS), "N_s", later;
         /// Of junctions: one that bears the load f at rest is a spring of stiffness sqrt(kappa f).
@@ -93,6 +96,7 @@ section! {
         /// Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w for which a block
         /// has stuck.
         ageing_coefficient: f64 = 0.0; NOT_NEGATIVE, "b", later;
+        needs &[(OneRowAcross, "the strength of contacts that age is not checked for forces along a vector")];
         /// Time scale of ageing.
         ageing_time_s: f64 = 1.0; POSITIVE, "t_0", later;
         /// What is added to mu_s, block by block; empty for nothing.

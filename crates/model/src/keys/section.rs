@@ -2,8 +2,9 @@
 
 /// Declares a section: `field: type = default; kind, "symbol", later;`. The comment is the meaning of the key, unless
 /// one follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. A key that came `later` is
-/// not written at its default, so that hashes of scenarios without it stay the same. An `optional` section may be left
-/// out, and a `list` of tables behind the fields too.
+/// not written at its default, so that hashes of scenarios without it stay the same. What it `needs` to have another
+/// value than its default stands at the end. An `optional` section may be left out, and a `list` of tables behind the
+/// fields too.
 macro_rules! section {
     (
         $(#[doc = $about:literal])+
@@ -11,7 +12,7 @@ macro_rules! section {
             $(
                 $(#[doc = $doc:literal])+
                 $field:ident: $type:ident $(= $default:expr $(, as_stated $stated:expr)?)?;
-                $kind:expr $(, $symbol:literal)? $(, $later:ident)? $(=> $meaning:expr)?;
+                $kind:expr $(, $symbol:literal)? $(, $later:ident)? $(=> $meaning:expr)? $(; needs $needs:expr)?;
             )+
         }
         $($(#[doc = $of_list:literal])+ list $list:ident: $item:ident;)?
@@ -32,6 +33,7 @@ macro_rules! section {
                 doc: $crate::keys::section::meaning!(concat!($($doc),+) $(, $meaning)?),
                 kind: $kind,
                 default: $crate::keys::section::default!($type $(, $default $(, $stated)?)?),
+                needs: $crate::keys::section::needs!($($needs)?),
             }),+];
         }
 
@@ -65,6 +67,16 @@ macro_rules! meaning {
     };
     ($doc:expr, $meaning:expr) => {
         $meaning
+    };
+}
+
+/// What a key needs to have a meaning, if anything.
+macro_rules! needs {
+    () => {
+        &[]
+    };
+    ($needs:expr) => {
+        $needs
     };
 }
 
@@ -149,4 +161,4 @@ macro_rules! optional {
     };
 }
 
-pub(crate) use {default, field, is_default, meaning, optional, section, value};
+pub(crate) use {default, field, is_default, meaning, needs, optional, section, value};

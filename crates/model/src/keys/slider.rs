@@ -7,7 +7,9 @@ use super::section::section;
 use crate::choices::End;
 use crate::key::Default::Is;
 use crate::key::Kind::{Count, Text, Word};
-use crate::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, PARAMETER_SETS, POSITIVE, Value};
+use crate::key::Need::{Blocks, Chain, Laws};
+use crate::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, PARAMETER_SETS, POSITIVE, Value};
+use crate::laws::FrictionLaw;
 
 /// In the order in which they are shown.
 pub(super) const NAMES: &[Key] = &[
@@ -17,6 +19,7 @@ pub(super) const NAMES: &[Key] = &[
         doc: "Name of the scenario; does not affect the run.",
         kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("unnamed")),
+        needs: &[],
     },
     Key {
         path: "summary",
@@ -24,6 +27,7 @@ pub(super) const NAMES: &[Key] = &[
         doc: "One line on what it is for; does not affect the run.",
         kind: Text(LONGEST_NAME_BYTES),
         default: Is(Value::Text("")),
+        needs: &[],
     },
     Key {
         path: "parameter_set",
@@ -34,7 +38,14 @@ pub(super) const NAMES: &[Key] = &[
               (docs/model.md).",
         kind: Word(PARAMETER_SETS),
         default: Is(Value::Text(AS_STATED)),
+        needs: &[],
     },
+];
+
+const ENDS: &[(Need, &str)] = &[
+    (Chain, "it is an end of a chain, and this body has sides"),
+    (Blocks, "it is an end of a chain, and one block has none"),
+    (Laws(FrictionLaw::has_two_states), "it is not derived for this law"),
 ];
 
 section! {
@@ -69,8 +80,8 @@ section! {
         /// and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up
         /// long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of
         /// chains of 2 blocks or more whose blocks stick.
-        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later;
+        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
         /// What block N is joined to, likewise; either both ends are periodic or neither.
-        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later;
+        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
     }
 }

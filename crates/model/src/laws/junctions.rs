@@ -1,7 +1,9 @@
 //! Many junctions per contact ([`crate::junctions`]), as loops over contacts see them.
 
+use crate::choices::JunctionStart;
 pub(super) use crate::junctions::Junctions;
-use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
+use crate::law::{ContactLaw, Sliding, Turn};
+use crate::scenario::Scenario;
 
 /// In the loops over contacts, a contact of this law is free: its junctions pull at it from outside, and decide
 /// whether it slides.
@@ -17,8 +19,18 @@ impl ContactLaw for Junctions {
         "friction.sliding_share",
     ];
 
-    fn of(keys: &LawKeys) -> Junctions {
-        keys.junctions
+    fn of(scenario: &Scenario) -> Junctions {
+        let friction = &scenario.friction;
+        Junctions {
+            count: friction.junction_count as usize,
+            constant_n_per_m2: friction.junction_constant_n_per_m2,
+            healing_time_s: friction.healing_time_s,
+            healing_deviation_s: friction.healing_deviation_s,
+            width: friction.junction_width,
+            are_drawn: friction.junction_start == JunctionStart::Drawn,
+            seed: friction.junction_seed,
+            sliding_share: friction.sliding_share,
+        }
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! Rate-and-state friction ([`crate::rate_and_state`]), as the list of laws sees it.
 
-use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
+use crate::law::{ContactLaw, Sliding, Turn};
+use crate::scenario::Scenario;
 pub(super) use crate::rate_and_state::RateAndState;
 
 /// No contact of this law ever sticks, and no solver that takes steps of equal length can run it: friction over
@@ -23,8 +24,24 @@ impl ContactLaw for RateAndState {
         "time.tolerance",
     ];
 
-    fn of(keys: &LawKeys) -> RateAndState {
-        keys.rate_and_state
+    fn of(scenario: &Scenario) -> RateAndState {
+        let friction = &scenario.friction;
+        RateAndState {
+            direct_effect: friction.direct_effect,
+            evolution_effect: friction.evolution_effect,
+            critical_slip_m: friction.critical_slip_m,
+            reference_velocity_m_per_s: friction.reference_velocity_m_per_s,
+            reference_coefficient: friction.reference_coefficient,
+            evolution: friction.evolution,
+            inertia: friction.inertia,
+            radiation_kg_per_s: friction.radiation_kg_per_s,
+            initial_kick: friction.initial_kick,
+            event_speed_m_per_s: match friction.event_speed_m_per_s {
+                0.0 => scenario.default_event_speed_m_per_s(),
+                given_m_per_s => given_m_per_s,
+            },
+            tolerance: scenario.time.tolerance,
+        }
     }
 
     #[inline(always)]

@@ -1,7 +1,8 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
 //! `-mu_d p sign(v) - E v` and re-attaches, at rest, in the step in which its velocity would change sign.
 
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n, kept_at_rest, resisting_n};
+use crate::law::{Affine, ContactLaw, Sliding, Turn, WithLaw, amontons_coulomb_n, kept_at_rest, resisting_n};
+use crate::scenario::Scenario;
 
 /// Friction without springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +17,8 @@ impl ContactLaw for Rigid {
     const HOLDS: bool = true;
     const KEYS: &'static [&'static str] = &["friction.drag_at_rest", "friction.radiation_kg_per_s"];
 
-    fn of(keys: &LawKeys) -> Rigid {
-        Rigid { radiation_kg_per_s: keys.radiation_kg_per_s, at_rest: keys.drag_at_rest }
+    fn of(scenario: &Scenario) -> Rigid {
+        Rigid { radiation_kg_per_s: scenario.friction.radiation_kg_per_s, at_rest: scenario.friction.drag_at_rest }
     }
 
     #[inline(always)]
@@ -57,7 +58,7 @@ impl ContactLaw for Silent {
     const HOLDS: bool = true;
     const KEYS: &'static [&'static str] = &[];
 
-    fn of(_: &LawKeys) -> Silent {
+    fn of(_: &Scenario) -> Silent {
         Silent
     }
 

@@ -3,7 +3,9 @@
 
 use std::hint::select_unpredictable;
 
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n, magnitude};
+use crate::choices::DetachBy;
+use crate::law::{Affine, ContactLaw, Sliding, Turn, WithLaw, amontons_coulomb_n, magnitude};
+use crate::scenario::Scenario;
 
 /// The law of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,11 +31,11 @@ impl ContactLaw for InterfacialSprings {
         "friction.radiation_kg_per_s",
     ];
 
-    fn of(keys: &LawKeys) -> InterfacialSprings {
+    fn of(scenario: &Scenario) -> InterfacialSprings {
         InterfacialSprings {
-            two_way: keys.is_two_way,
-            by_spring: keys.detaches_by_spring,
-            radiation_kg_per_s: keys.radiation_kg_per_s,
+            two_way: scenario.friction.is_two_way(),
+            by_spring: scenario.friction.detach_by == DetachBy::Spring,
+            radiation_kg_per_s: scenario.friction.radiation_kg_per_s,
         }
     }
 
@@ -90,7 +92,7 @@ impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
     const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
 
-    fn of(_: &LawKeys) -> ByRule<TWO_WAY> {
+    fn of(_: &Scenario) -> ByRule<TWO_WAY> {
         ByRule
     }
 
@@ -122,8 +124,8 @@ impl ContactLaw for BySpring {
     const DETACHES_BY_SPRING: bool = true;
     const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
 
-    fn of(keys: &LawKeys) -> BySpring {
-        BySpring(InterfacialSprings::of(keys))
+    fn of(scenario: &Scenario) -> BySpring {
+        BySpring(InterfacialSprings::of(scenario))
     }
 
     #[inline(always)]
@@ -165,7 +167,7 @@ pub struct SpringsOverArea;
 impl ContactLaw<2> for SpringsOverArea {
     const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
 
-    fn of(_: &LawKeys) -> SpringsOverArea {
+    fn of(_: &Scenario) -> SpringsOverArea {
         SpringsOverArea
     }
 

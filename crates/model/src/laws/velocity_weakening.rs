@@ -2,7 +2,8 @@
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
 use crate::laws::rigid::Silent;
-use crate::law::{ContactLaw, LawKeys, Sliding, Turn, kept_at_rest, resisting_n};
+use crate::law::{ContactLaw, Sliding, Turn, kept_at_rest, resisting_n};
+use crate::scenario::Scenario;
 
 /// Friction that falls with velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,11 +21,11 @@ impl ContactLaw for VelocityWeakening {
     const KEYS: &'static [&'static str] =
         &["friction.weakening_velocity_m_per_s", "friction.drag_at_rest", "friction.radiation_kg_per_s"];
 
-    fn of(keys: &LawKeys) -> VelocityWeakening {
+    fn of(scenario: &Scenario) -> VelocityWeakening {
         VelocityWeakening {
-            weakening_s_per_m: 1.0 / keys.weakening_velocity_m_per_s,
-            radiation_kg_per_s: keys.radiation_kg_per_s,
-            at_rest: keys.drag_at_rest,
+            weakening_s_per_m: 1.0 / scenario.friction.weakening_velocity_m_per_s,
+            radiation_kg_per_s: scenario.friction.radiation_kg_per_s,
+            at_rest: scenario.friction.drag_at_rest,
         }
     }
 

@@ -1,51 +1,50 @@
 //! Rules between keys, each with its own error.
 
+mod bodies;
+mod courses;
+mod rate_and_state;
+
 use asperity_record::bounds::LEAST_MAGNITUDE;
 use asperity_record::{MOST_STEPS, TimeGrid, counted, rounded, short};
 
-use crate::choices::{Distribution, DriveKind, Start};
+use crate::choices::{Distribution, DriveKind, End, Start};
 use crate::derive::longest_stable_step_s;
 use crate::disorder::{Quantity, coefficients};
-use crate::end_keys;
 use crate::given_state;
 use crate::keys::WINDOW;
-use crate::lattice_keys::{self, Refusal};
-use crate::one_block;
+use crate::meaning;
 use crate::plan::Plan;
-use crate::rate_and_state_keys;
 use crate::scenario::{Friction, Scenario};
-use crate::schedules;
 use crate::slab;
 use crate::source::{Entries, ScenarioError};
+
+/// A refusal: the key, the problem, and what is accepted.
+pub(crate) type Refusal = (&'static str, String, String);
 
 /// Refuses a scenario that violates the rule.
 type Rule = fn(&Scenario, &mut Refusals<'_>);
 
 /// The rules, in the order in which their errors are printed.
 const RULES: &[Rule] = &[
+    meaning::keys_have_what_they_need,
     sliding_friction_is_not_above_the_threshold,
     initial_velocity_is_a_mode_of_the_chain,
-    left_right_drives_need_the_two_way_rule,
+    drives_pull_what_they_can,
     drives_move_backwards_by_the_two_way_rule,
-    only_top_drives_tilt_or_decay,
-    top_drives_tilt_or_decay,
-    left_right_drives_have_no_load_to_stop_at,
-    drives_stop_at_a_load_or_a_time,
-    courses_ascend_from_the_start,
+    one_of_two_is_zero,
+    courses::courses_ascend_from_the_start,
     given_states_are_of_one_kind,
     lists_have_a_number_for_each_block,
     lists_of_blocks_ascend,
     every_block_has_ordered_coefficients,
     every_contact_has_load_and_stiffness,
     lognormal_values_have_a_mean,
-    bodies_have_what_they_can,
-    keys_of_several_blocks_are_for_these,
-    ends_are_of_chains_that_stick,
-    steady_sliding_is_a_start,
-    only_springs_let_stuck_blocks_move,
+    bodies::lattices_are_square_and_known,
+    bodies::contacts_over_an_area_turn,
+    both_ends_are_periodic_or_none,
+    rate_and_state::steady_sliding_is_a_start,
     junctions_bear_load_and_fit,
-    loaded_starts_leave_out_nothing,
-    loaded_starts_know_the_stuck_chain,
+    loaded_starts_leave_out_nothing_but_known_motion,
     the_scheme_is_stable,
     times_are_whole_numbers_of_steps,
     windows_are_inside_run_and_chain,
@@ -54,13 +53,11 @@ const RULES: &[Rule] = &[
 
 /// Checks a scenario, each of whose keys is in range, against the rules.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    let mut refusals = Refusals { entries, errors };
+    let before = errors.len();
+    bodies::too_large(scenario, &mut Refusals { entries, errors });
     // The rules may allocate memory for every contact.
-    if let Some((key, problem, accepted)) = lattice_keys::too_large(scenario) {
-        return refusals.refuse(key, problem, accepted);
-    }
-    for rule in RULES {
-        rule(scenario, &mut refusals);
+    if errors.len() == before {
+        RULES.iter().for_each(|rule| rule(scenario, &mut Refusals { entries, errors }));
     }
 }
 
@@ -98,13 +95,13 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
 }
 
 /// The errors so far, and the places of the written values.
-struct Refusals<'a> {
-    entries: &'a Entries,
-    errors: &'a mut Vec<ScenarioError>,
+pub(crate) struct Refusals<'a> {
+    pub(crate) entries: &'a Entries,
+    pub(crate) errors: &'a mut Vec<ScenarioError>,
 }
 
 impl Refusals<'_> {
-    fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
+    pub(crate) fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
         self.errors.push(self.entries.error(key, problem, accepted));
     }
 
@@ -131,10 +128,6 @@ fn starts_just_before_a_slip(scenario: &Scenario) -> bool {
     scenario.time.start == Start::Loaded && scenario.friction.law.sticks() && !scenario.initial.is_given()
 }
 
-fn sticks_by_springs(scenario: &Scenario) -> bool {
-    !scenario.friction.law.holds()
-}
-
 fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let Friction { static_coefficient, dynamic_coefficient, .. } = scenario.friction;
     if dynamic_coefficient > static_coefficient {
@@ -147,25 +140,59 @@ fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &m
 }
 
 fn initial_velocity_is_a_mode_of_the_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let (blocks, mode) = (scenario.slider.blocks, scenario.initial_velocity.mode);
-    // One block has mode 0 alone, see `one_block.rs`.
-    if blocks > 1 && mode >= blocks {
-        refusals.refuse(
-            "initial_velocity.mode",
-            format!("a chain of {blocks} blocks has no mode {mode}"),
-            format!("a whole number from 0 to {}", blocks - 1),
-        );
+    let (blocks, velocity) = (scenario.slider.blocks, &scenario.initial_velocity);
+    let mode = velocity.mode;
+    // Nothing reads the mode of a chain at rest, whose default is 1.
+    if mode >= blocks && (mode > 1 || velocity.amplitude_m_per_s != 0.0) {
+        let problem = format!("a chain of {} has no mode {mode}", counted(u64::from(blocks), "block"));
+        let accepted = format!("a whole number below {blocks}, or slider.blocks above {mode}");
+        refusals.refuse("initial_velocity.mode", problem, accepted);
     }
 }
 
-fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let one_way = !scenario.friction.is_two_way();
-    if scenario.drive.kind == DriveKind::LeftRight && one_way {
-        refusals.refuse(
-            "drive.kind",
+fn drives_pull_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (slider, law) = (&scenario.slider, scenario.friction.law);
+    let other = |or: &str| format!("\"side\" or \"top\"{or}");
+    let (problem, accepted) = match scenario.drive.kind {
+        DriveKind::Force if slider.is_lattice() || !law.sticks() => {
+            ("\"force\" pulls block 1 of a chain by whose friction blocks stick", other(""))
+        }
+        DriveKind::LeftRight if slider.is_lattice() => (
+            "left-right needs the two-way rule, by which the contacts of slabs, sheets and bodies chatter",
+            other(&format!(", or {}", slider.keys_of_a_chain())),
+        ),
+        DriveKind::LeftRight if slider.blocks == 1 => (
+            "left-right pulls the first block backwards and the last forwards, and one block is both",
+            other(", or slider.blocks from 2"),
+        ),
+        DriveKind::LeftRight if !law.sticks() => (
+            "\"left-right\": by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction",
+            other(""),
+        ),
+        DriveKind::LeftRight if !scenario.friction.is_two_way() => (
             "left-right pulls block 1 backwards, where the one-way rule would stop it in every step",
-            "left-right with friction.reattach = \"two-way\"",
-        );
+            "left-right with friction.reattach = \"two-way\"".to_owned(),
+        ),
+        _ => return,
+    };
+    refusals.refuse("drive.kind", problem, accepted);
+}
+
+fn one_of_two_is_zero(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let drive = &scenario.drive;
+    let (tilt, stop) = ("drive.tilt", "drive.until_load_ratio");
+    for (key, value, other, problem) in [
+        (tilt, drive.tilt, drive.decay_length_m, "the springs of a top drive either tilt or decay"),
+        (
+            stop,
+            drive.until_load_ratio,
+            drive.hold_from_s,
+            "the drive stops either at a load or at drive.hold_from_s",
+        ),
+    ] {
+        if value != 0.0 && other != 0.0 {
+            refusals.refuse(key, problem, "one of them 0");
+        }
     }
 }
 
@@ -183,49 +210,6 @@ fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut
             );
         }
     }
-}
-
-fn only_top_drives_tilt_or_decay(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let drive = &scenario.drive;
-    for (key, value) in [("drive.tilt", drive.tilt), ("drive.decay_length_m", drive.decay_length_m)] {
-        if value != 0.0 && drive.kind != DriveKind::Top {
-            refusals.refuse(
-                key,
-                format!("{value} has no meaning for this drive"),
-                "0, or drive.kind = \"top\"",
-            );
-        }
-    }
-}
-
-fn top_drives_tilt_or_decay(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if scenario.drive.tilt != 0.0 && scenario.drive.decay_length_m != 0.0 {
-        refusals.refuse("drive.tilt", "the springs of a top drive either tilt or decay", "one of them 0");
-    }
-}
-
-fn left_right_drives_have_no_load_to_stop_at(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if scenario.drive.until_load_ratio > 0.0 && scenario.drive.kind == DriveKind::LeftRight {
-        refusals.refuse(
-            "drive.until_load_ratio",
-            "the forces of a left-right drive add up to nothing",
-            "0, or another drive.kind",
-        );
-    }
-}
-
-fn drives_stop_at_a_load_or_a_time(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if scenario.drive.until_load_ratio > 0.0 && scenario.drive.hold_from_s > 0.0 {
-        refusals.refuse(
-            "drive.until_load_ratio",
-            "the drive stops either at a load or at drive.hold_from_s",
-            "one of them 0",
-        );
-    }
-}
-
-fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(schedules::refused(scenario));
 }
 
 fn given_states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusals<'_>) {
@@ -310,11 +294,7 @@ fn fits(quantity: Quantity, scenario: &Scenario) -> bool {
 }
 
 fn every_contact_has_load_and_stiffness(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let body = scenario.elastic().name();
-    for (quantity, symbol, is_known, of) in [
-        (Quantity::Stiffness, "k_t", !scenario.slider.is_lattice(), "a chain"),
-        (Quantity::Load, "p", !scenario.elastic().has_foundation(), "a chain or a sheet"),
-    ] {
+    for (quantity, symbol) in [(Quantity::Stiffness, "k_t"), (Quantity::Load, "p")] {
         if quantity.is_even(scenario) || !fits(quantity, scenario) {
             continue;
         }
@@ -322,19 +302,9 @@ fn every_contact_has_load_and_stiffness(scenario: &Scenario, refusals: &mut Refu
             [] => quantity.spread_key(),
             _ => quantity.offsets_key(),
         };
-        if !is_known {
-            refusals.refuse(
-                key,
-                format!("the contacts of a {body} have no {symbol} of their own"),
-                format!("none, or {of}"),
-            );
-        } else if let Some((n, factor)) = quantity
-            .values(scenario)
-            .iter()
-            .enumerate()
-            .find(|(_, factor)| !factor.is_finite() || **factor <= 0.0)
-        {
-            let problem = format!("block {} gets {} times {symbol}", n + 1, short(*factor));
+        let factors = quantity.values(scenario);
+        if let Some(n) = factors.iter().position(|factor| !factor.is_finite() || *factor <= 0.0) {
+            let problem = format!("block {} gets {} times {symbol}", n + 1, short(factors[n]));
             refusals.refuse(key, problem, format!("{symbol} above 0 for every block"));
         }
     }
@@ -355,35 +325,15 @@ fn lognormal_values_have_a_mean(scenario: &Scenario, refusals: &mut Refusals<'_>
     }
 }
 
-fn bodies_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(lattice_keys::of_a_lattice(scenario));
-    refusals.refuse_all(lattice_keys::of_others(scenario));
-}
-
-fn keys_of_several_blocks_are_for_these(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(one_block::refused(scenario));
-}
-
-fn ends_are_of_chains_that_stick(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(end_keys::refused(scenario));
-}
-
-fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(rate_and_state_keys::refused(scenario));
-}
-
-fn moves_at_the_start(scenario: &Scenario) -> bool {
-    scenario.initial_velocity.amplitude_m_per_s != 0.0
-}
-
-fn only_springs_let_stuck_blocks_move(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if moves_at_the_start(scenario) && !sticks_by_springs(scenario) {
-        refusals.refuse(
-            "initial_velocity.amplitude_m_per_s",
-            "blocks that stick without springs do not move",
-            "0, or friction.law = \"interfacial-springs\"",
-        );
-    }
+fn both_ends_are_periodic_or_none(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (key, other) = match (scenario.slider.left_end, scenario.slider.right_end) {
+        (End::Periodic, End::Periodic) => return,
+        (End::Periodic, _) => ("slider.left_end", "slider.right_end"),
+        (_, End::Periodic) => ("slider.right_end", "slider.left_end"),
+        _ => return,
+    };
+    let problem = format!("\"periodic\" joins both ends, and {other} is another");
+    refusals.refuse(key, problem, format!("{other} = \"periodic\" as well, or another end"));
 }
 
 /// Most junctions of all contacts, whose state takes 24 bytes each.
@@ -411,37 +361,40 @@ fn junctions_bear_load_and_fit(scenario: &Scenario, refusals: &mut Refusals<'_>)
     }
 }
 
-/// Whether the ramp that a loaded start skips affects what follows.
-fn ramp_matters(scenario: &Scenario) -> bool {
-    moves_at_the_start(scenario)
-        || scenario.drive.until_load_ratio > 0.0
-        || scenario.friction.ageing_coefficient > 0.0
-}
-
-fn loaded_starts_leave_out_nothing(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    if starts_just_before_a_slip(scenario) && ramp_matters(scenario) {
-        refusals.refuse(
-            "time.start",
-            "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive may stop at a load",
-            "\"at-rest\", or none of these",
-        );
+fn loaded_starts_leave_out_nothing_but_known_motion(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (drive, friction) = (&scenario.drive, &scenario.friction);
+    if scenario.time.start != Start::Loaded || !friction.law.sticks() {
+        return;
     }
-}
-
-fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let known = sticks_by_springs(scenario)
+    let ramp_matters = scenario.initial_velocity.amplitude_m_per_s != 0.0
+        || drive.until_load_ratio > 0.0
+        || friction.ageing_coefficient > 0.0;
+    let is_known = !friction.law.holds()
         && scenario.contact_law().junctions().is_none()
-        && scenario.drive.kind != DriveKind::LeftRight
-        && scenario.drive.course_s.is_empty()
+        && drive.kind != DriveKind::LeftRight
+        && drive.course_s.is_empty()
         && !scenario.has_contact_courses()
         && scenario.normal_load.schedule_s.is_empty();
-    if starts_just_before_a_slip(scenario) && !ramp_matters(scenario) && !known {
-        refusals.refuse(
-            "time.start",
-            "\"loaded\" needs interfacial springs, a constant load and a drive of constant velocity in one direction",
-            "\"at-rest\"",
-        );
-    }
+    let (problem, accepted) = if scenario.slider.is_lattice() {
+        let what = scenario.elastic().name();
+        (
+            format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),
+            format!("\"at-rest\", or {}", scenario.slider.keys_of_a_chain()),
+        )
+    } else if scenario.initial.is_given() {
+        return;
+    } else if ramp_matters {
+        let problem = "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive \
+                       may stop at a load";
+        (problem.to_owned(), "\"at-rest\", or none of these".to_owned())
+    } else if !is_known {
+        let problem = "\"loaded\" needs interfacial springs, a constant load and a drive of constant velocity in one \
+                       direction";
+        (problem.to_owned(), "\"at-rest\"".to_owned())
+    } else {
+        return;
+    };
+    refusals.refuse("time.start", problem, accepted);
 }
 
 /// Margin below the longest stable step, as a share of it, for the rounding of that bound.
@@ -495,7 +448,8 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
             ))
         }
     };
-    let of_courses = schedules::times_s(scenario).map(|(key, time_s)| (key, time_s, true));
+    let of_courses = courses::times_s(scenario).into_iter();
+    let of_courses = of_courses.flat_map(|(key, times)| times.iter().map(move |time_s| (key, *time_s, true)));
     // Where 0 stands for never, or for the end, less than a step does not.
     let times = [
         ("drive.hold_from_s", scenario.drive.hold_from_s),

@@ -34,7 +34,7 @@ use asperity_model::elastic::Chain;
 use asperity_model::ends::absorbing_kg_per_s;
 
 use crate::cost::GRID_STEPS;
-use crate::kernels::{Coefficients, FOLLOWED, Simd};
+use crate::kernels::{self, Coefficients, FOLLOWED};
 use crate::propagator::Propagator;
 
 /// Most terms of a window. A few more coefficients are computed, since `c_J` bounds what `J` terms leave
@@ -111,7 +111,7 @@ pub(crate) struct Chebyshev {
 }
 
 impl Chebyshev {
-    pub(crate) fn of(map: &Propagator, simd: Simd) -> Chebyshev {
+    pub(crate) fn of(map: &Propagator) -> Chebyshev {
         let (ellipse, longest) = Ellipse::best(&spectrum(map));
         let mut basis = Chebyshev {
             centre: ellipse.centre,
@@ -128,7 +128,7 @@ impl Chebyshev {
             next = (next / RATIO).floor().min(next - 1.0);
         }
         steps.reverse();
-        basis.tabulate(&steps, &ellipse, simd);
+        basis.tabulate(&steps, &ellipse);
         basis
     }
 
@@ -160,7 +160,7 @@ impl Chebyshev {
     }
 
     /// Advances the coefficients step by step, and stores the extremes and sums that lengths need.
-    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, simd: Simd) {
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse) {
         let mut c = Coefficients::of_no_step(self.centre, self.focus, self.sigma);
         let mut done = 0;
         for i in 0..=lengths.last().copied().unwrap_or(0) {
@@ -169,7 +169,7 @@ impl Chebyshev {
                 self.double_sums.push(first_of(&c.double));
                 self.triple_sums.push(first_of(&c.triple));
             }
-            simd.note_largest(&mut c);
+            kernels::note_largest(&mut c);
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
                 let half = self.focus / 2.0;
@@ -186,7 +186,7 @@ impl Chebyshev {
                 c.last = c.now.map(f64::abs);
                 done += 1;
             }
-            simd.next_coefficients(&mut c);
+            kernels::next_coefficients(&mut c);
         }
     }
 }

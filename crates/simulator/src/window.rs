@@ -15,7 +15,6 @@ use crate::chebyshev::{Length, MOST_TERMS};
 use crate::cost::GRID_STEPS;
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
-use crate::kernels::Simd;
 use crate::state::SliderState;
 use crate::window::certificate::Certificate;
 use crate::window::expansion::Expansion;
@@ -36,8 +35,8 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Window {
-        let expansion = Expansion::new(plan, chain, simd);
+    pub(crate) fn new(plan: &Plan, chain: &Chain) -> Window {
+        let expansion = Expansion::new(plan, chain);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
@@ -221,7 +220,7 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Window;
-    use crate::kernels::Simd;
+    use crate::kernels;
     use crate::plain::Plain;
     use crate::solver::Solver;
 
@@ -254,7 +253,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -268,7 +267,7 @@ mod tests {
                     [window.expansion.terms - 1, window.expansion.terms]
                         .iter()
                         .zip(factors)
-                        .map(|(&j, factor)| factor * window.expansion.simd.largest(window.expansion.v.row(j)))
+                        .map(|(&j, factor)| factor * kernels::largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
                 let mut plain = start.clone();
@@ -302,7 +301,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();

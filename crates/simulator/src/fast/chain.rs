@@ -10,7 +10,6 @@ use crate::body::{Body, ChainBody};
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::fast::{Leaps, Open};
 use crate::jump::chain::Jump;
-use crate::kernels::Simd;
 use crate::rest::{rest, rest_steps};
 use crate::stepper::Stepper;
 use crate::strength::age;
@@ -91,10 +90,10 @@ impl Leaps for ChainLeaps {
     type Body = ChainBody;
     type Leap = Leap;
 
-    fn of(plan: &Plan, chain: &Chain, simd: Simd) -> ChainLeaps {
+    fn of(plan: &Plan, chain: &Chain) -> ChainLeaps {
         ChainLeaps {
-            window: Window::new(plan, chain, simd),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, chain, simd) } else { None },
+            window: Window::new(plan, chain),
+            jump: if Jump::may_pay(plan) { Jump::new(plan, chain) } else { None },
             costs: Costs::of(plan),
         }
     }

@@ -12,11 +12,11 @@ use asperity_record::Energy;
 use crate::body::{LatticeBody, OfPlan};
 use crate::cost;
 use crate::fast::{Leaps, Open};
-use crate::jump::lattice::{Attempt, Jump};
-use crate::kernels::Simd;
+use crate::jump::lattice::Jump;
 use crate::slow_modes::{Precomputed, Sizes, StuckLattice};
 use crate::stepper::Stepper;
 use crate::stop::Stop;
+use crate::strength::age;
 
 /// Fewest and most steps of Arnoldi's iteration, if there are as many modes: a quarter to a half of them end as
 /// modes and their conjugates.
@@ -56,7 +56,6 @@ const NO_MODES: [&str; 2] = [
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeLeaps<const D: usize = 1> {
     lattice: Lattice,
-    simd: Simd,
     effort: Effort,
     jumps: Jumps<D>,
 }
@@ -74,7 +73,7 @@ impl<const D: usize> LatticeLeaps<D> {
     /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
     fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
         if let Jumps::Unmade = self.jumps {
-            let stuck = StuckLattice::of(plan, self.lattice, self.simd, stop);
+            let stuck = StuckLattice::of(plan, self.lattice, stop);
             let precomputed = stuck.and_then(|stuck| {
                 let iterations = self.effort.iterations;
                 let precomputed = Precomputed::of(plan, stuck, iterations, stop)?;
@@ -111,7 +110,7 @@ where
     /// Steps of a jump.
     type Leap = u64;
 
-    fn of(plan: &Plan, lattice: &Lattice, simd: Simd) -> LatticeLeaps<D> {
+    fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, lattice);
         let jumps = if effort.numbers > MOST_NUMBERS[D - 1] {
             Jumps::None(TOO_LARGE[D - 1])
@@ -120,10 +119,11 @@ where
         } else {
             Jumps::Unmade
         };
-        LatticeLeaps { lattice: *lattice, simd, effort, jumps }
+        LatticeLeaps { lattice: *lattice, effort, jumps }
     }
 
     fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<u64, u64> {
+        age(solver.plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
         if state.detached > 0 {
             return Err(1);
@@ -135,8 +135,8 @@ where
         let Some(jump) = self.made(solver.plan, solver.stop) else { return Err(1) };
         match jump.open(solver.plan, state, most_steps, solver.stop) {
             _ if solver.stop.has_come() => Err(1),
-            Attempt::Jump(steps) => Ok(steps),
-            Attempt::Wait(steps) => {
+            Ok(steps) => Ok(steps),
+            Err(steps) => {
                 solver.counters.refused_jumps += 1;
                 solver.pace.wait_for_jump(state.step, steps, jump.cost_steps());
                 Err(solver.pace.no_jump_before_step - state.step)

@@ -1,6 +1,6 @@
 //! The coefficients of terms ([`crate::chebyshev`]), advanced step by step.
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 /// Number of coefficients that are computed.
 pub(crate) const FOLLOWED: usize = 64;

@@ -29,7 +29,7 @@ mod step;
 mod terms;
 
 pub(crate) use band::{ROWS, factor_rows, solve_band};
-pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients, note_largest};
+pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
 pub(crate) use contacts::{MovedContacts, Rubbed, rub, rubbed_work, tangential_force};
 pub(crate) use dense::{add_columns, dots};
 pub(crate) use elastic::{invariant, pull};
@@ -44,6 +44,4 @@ pub(crate) use linear::{add_course, combine, follow, largest, products, scale};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
 pub(crate) use step::{After, Blocks, step, switching};
-pub(crate) use terms::{
-    Held, Second, TermChain, Terms, first_difference, radiate, second_difference, sort, terms,
-};
+pub(crate) use terms::{Held, TermChain, Terms, first_difference, radiate, second_difference, sort, terms};

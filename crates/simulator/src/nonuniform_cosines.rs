@@ -48,7 +48,7 @@ pub(crate) struct Cosines {
     quarter_turns: [Arc<[f64]>; 2],
     /// `1 / psi` of every block.
     part: Arc<[f64]>,
-    kernels: Kernels,
+    near: Near,
     /// Two quantities on the grid, padded by what kernels reach beyond its ends.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
@@ -62,7 +62,7 @@ impl Cosines {
         let pi = std::f64::consts::PI;
         let size = (2 * blocks).next_power_of_two().max(2 * NEAR);
         let spacing = pi / size as f64;
-        let kernels = Kernels::of(wave_numbers, size)?;
+        let near = Near::of(wave_numbers, size)?;
         let angles = |unit: f64| -> [Arc<[f64]>; 2] {
             let angle = move |k: usize| unit * k as f64;
             [
@@ -78,7 +78,7 @@ impl Cosines {
             turns: angles(-2.0 * spacing),
             quarter_turns: angles(-0.5 * spacing),
             part: (0..blocks).map(|p| over_psi(spacing * (p as f64 + 0.5))).collect(),
-            kernels,
+            near,
             grid: [on_grid(), on_grid()],
             values: [values(), values()],
             scratch: [values(), values()],
@@ -113,8 +113,8 @@ impl Cosines {
                 grid[BEYOND + size + beyond] = -grid[BEYOND + size - beyond];
             }
         }
-        sums.resize(self.kernels.first.len(), [0.0; 4]);
-        kernels::gather(sums, &self.kernels.near(), [&self.grid[0], &self.grid[1]]);
+        sums.resize(self.near.first.len(), [0.0; 4]);
+        kernels::gather(sums, &self.near, [&self.grid[0], &self.grid[1]]);
         for [_, _, re, im] in sums {
             (*re, *im) = (*re / balance, *im / balance);
         }
@@ -134,7 +134,7 @@ impl Cosines {
         let [of_u, of_v] = &mut self.grid;
         of_u.fill(0.0);
         of_v.fill(0.0);
-        kernels::spread(Parts(of_u, of_v), &self.kernels.near(), coordinates);
+        kernels::spread(Parts(of_u, of_v), &self.near, coordinates);
         for grid in [of_u, of_v] {
             for beyond in 1..=BEYOND {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
@@ -191,18 +191,10 @@ fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// Interpolation between a grid and the wave numbers beside it.
-#[derive(Debug, Clone)]
-struct Kernels {
-    first: Arc<[u32]>,
-    re: Arc<[[f64; NEAR]]>,
-    im: Arc<[[f64; NEAR]]>,
-}
-
-impl Kernels {
+impl Near {
     /// On a grid of `size` points from 0 to `pi`; `None` if a wave number is too far from the real axis,
     /// or not between 0 and `pi`.
-    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize) -> Option<Kernels> {
+    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize) -> Option<Near> {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
@@ -224,11 +216,7 @@ impl Kernels {
             re.push(of_re);
             im.push(of_im);
         }
-        Some(Kernels { first: first.into(), re: re.into(), im: im.into() })
-    }
-
-    fn near(&self) -> Near<'_> {
-        Near { first: &self.first, re: &self.re, im: &self.im }
+        Some(Near { first: first.into(), re: re.into(), im: im.into() })
     }
 }
 

@@ -11,7 +11,7 @@ mod rows;
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::chebyshev::{Length, MOST_TERMS};
+use crate::chebyshev::Length;
 use crate::cost::GRID_STEPS;
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
@@ -133,63 +133,15 @@ impl Window {
         self.refused_by(self.foreseen_steps - self.steps(index) as f64).is_some()
     }
 
-    /// Writes displacements and velocities at the end of the window into `state`.
-    pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut SliderState) {
-        let Expansion { basis, terms, .. } = &self.expansion;
-        let length = &basis.lengths[index];
-        self.expansion.compose(plan, length.steps, &length.double_sum[..*terms], state);
-        state.step += length.steps;
-        state.sliding = state.detached;
-    }
-
-    /// Writes the state after a number of steps on the grid of [`GRID_STEPS`], as many as fit into
-    /// `steps`.
-    pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
-        let steps = steps / GRID_STEPS * GRID_STEPS;
-        let Expansion { basis, terms, .. } = &self.expansion;
-        self.expansion.compose(plan, steps, &basis.double_sum(steps)[..*terms], state);
-        state.step += steps;
-    }
-}
-
-impl Window {
-    /// Adds the energies of the steps up to the end of the window, after [`Window::land`].
-    pub(crate) fn account(
-        &mut self,
-        plan: &Plan,
-        index: usize,
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
-        let length = &self.expansion.basis.lengths[index];
-        let (steps, coefficients) = (length.steps, length.triple_sum);
-        self.add_up(plan, steps, &coefficients, state, accounts);
-    }
-
-    /// Adds the energies of the steps up to a sample.
-    pub(crate) fn account_sample(
-        &mut self,
-        plan: &Plan,
-        steps: u64,
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
-        let steps = steps / GRID_STEPS * GRID_STEPS;
-        let coefficients = *self.expansion.basis.triple_sum(steps);
-        self.add_up(plan, steps, &coefficients, state, accounts);
-    }
-
-    fn add_up(
-        &mut self,
-        plan: &Plan,
-        steps: u64,
-        coefficients: &[f64; MOST_TERMS],
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
+    /// Goes on by a number of steps on the grid of [`GRID_STEPS`], as many as fit into `steps`, and adds their energies.
+    pub(crate) fn advance(&mut self, plan: &Plan, steps: u64, state: &mut SliderState, accounts: &Accounts) {
         let Window { expansion, ways_m, .. } = self;
-        let coefficients = &coefficients[..expansion.terms];
-        let from_step = state.step - steps;
+        let steps = steps / GRID_STEPS * GRID_STEPS;
+        expansion.compose(plan, steps, state);
+        let from_step = state.step;
+        state.step += steps;
+        state.sliding = state.detached;
+        let coefficients = &expansion.basis.triple_sum(steps)[..expansion.terms];
         let start_m = &expansion.first_u.row(0)[..plan.blocks];
         let first_m = |n: usize| start_m[n];
         if !accounts.fades() && plan.drive.springs.len() <= FEW_SPRINGS {
@@ -223,6 +175,7 @@ mod tests {
     use crate::kernels;
     use crate::plain::Plain;
     use crate::solver::Solver;
+    use crate::state::SliderState;
 
     /// A chain without switches for a long time: thresholds out of reach, some blocks slide fast, the
     /// others stick.
@@ -247,6 +200,11 @@ mod tests {
         }
         plain.restore(&state.clone().into());
         (plan, plain)
+    }
+
+    fn land(window: &Window, plan: &Plan, index: usize, state: &mut SliderState) {
+        window.expansion.compose(plan, window.steps(index), state);
+        state.step += window.steps(index);
     }
 
     #[test]
@@ -280,7 +238,7 @@ mod tests {
                     }
                     compared += 1;
                     let mut landed = state.clone();
-                    window.land(&plan, index, &mut landed);
+                    land(&window, &plan, index, &mut landed);
                     let exact = plain.state();
                     assert_eq!(landed.step, exact.step);
                     // In displacement per step, as `left_out`.
@@ -330,7 +288,7 @@ mod tests {
                         plain.take_step();
                         assert!(plain.switched().is_empty());
                     }
-                    window.land(&plan, index, &mut state);
+                    land(&window, &plan, index, &mut state);
                     let exact = plain.state();
                     for n in 0..plan.blocks {
                         let off_m = (state.displacement_m[n] - exact.displacement_m[n]).abs();

@@ -57,22 +57,14 @@ const NO_MODES: [&str; 2] = [
 pub(crate) struct LatticeLeaps<const D: usize = 1> {
     lattice: Lattice,
     effort: Effort,
-    jumps: Jumps<D>,
-}
-
-/// Computes the jumps.
-#[derive(Debug, Clone)]
-enum Jumps<const D: usize> {
-    /// It is created at the first attempt to jump.
-    Unmade,
-    Made(Box<Jump<D>>),
-    None(&'static str),
+    /// Made at the first attempt to jump; or why there are none.
+    jumps: Option<Result<Box<Jump<D>>, &'static str>>,
 }
 
 impl<const D: usize> LatticeLeaps<D> {
     /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
     fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
-        if let Jumps::Unmade = self.jumps {
+        if self.jumps.is_none() {
             let stuck = StuckLattice::of(plan, self.lattice, stop);
             let precomputed = stuck.and_then(|stuck| {
                 let iterations = self.effort.iterations;
@@ -82,23 +74,19 @@ impl<const D: usize> LatticeLeaps<D> {
             if stop.has_come() {
                 return None;
             }
-            self.jumps = match precomputed {
-                Some(precomputed) => Jumps::Made(Box::new(Jump::new(Arc::new(precomputed)))),
-                None => Jumps::None(NO_MODES[D - 1]),
-            };
+            let jump = precomputed.map(|precomputed| Box::new(Jump::new(Arc::new(precomputed))));
+            self.jumps = Some(jump.ok_or(NO_MODES[D - 1]));
         }
-        match &mut self.jumps {
-            Jumps::Made(jump) => Some(jump),
-            Jumps::Unmade | Jumps::None(_) => None,
-        }
+        self.jump()
+    }
+
+    fn jump(&mut self) -> Option<&mut Jump<D>> {
+        self.jumps.as_mut()?.as_deref_mut().ok()
     }
 
     /// The jump that is open.
     fn opened(&mut self) -> &mut Jump<D> {
-        match &mut self.jumps {
-            Jumps::Made(jump) => jump,
-            Jumps::Unmade | Jumps::None(_) => unreachable!("only a solver with jumps opens one"),
-        }
+        self.jump().expect("only a solver with jumps opens one")
     }
 }
 
@@ -113,11 +101,11 @@ where
     fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, lattice);
         let jumps = if effort.numbers > MOST_NUMBERS[D - 1] {
-            Jumps::None(TOO_LARGE[D - 1])
+            Some(Err(TOO_LARGE[D - 1]))
         } else if RUNS_OF_MODES * effort.steps > plan.steps {
-            Jumps::None(TOO_SHORT[D - 1])
+            Some(Err(TOO_SHORT[D - 1]))
         } else {
-            Jumps::Unmade
+            None
         };
         LatticeLeaps { lattice: *lattice, effort, jumps }
     }
@@ -176,8 +164,8 @@ where
 
     fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {
         match self.jumps {
-            Jumps::None(why) => vec![why],
-            Jumps::Unmade | Jumps::Made(_) => Vec::new(),
+            Some(Err(why)) => vec![why],
+            _ => Vec::new(),
         }
     }
 }

@@ -30,10 +30,11 @@ kernel! {
     }
 }
 
-/// The inputs of a state's change in the next step, besides the force.
+/// The inputs of a state's change in the next step, besides the force, or of the change of that.
 pub(crate) struct Held<'a> {
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
+    /// Of no meaning for the change of a change.
     pub(crate) anchor: &'a [f64],
     pub(crate) drag: &'a [f64],
     pub(crate) spring: &'a [f64],
@@ -69,23 +70,13 @@ kernel! {
     }
 }
 
-/// The inputs of a second difference, besides the change of the force.
-pub(crate) struct Second<'a> {
-    pub(crate) u: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) spring: &'a [f64],
-    pub(crate) sigma: &'a [f64],
-    pub(crate) dt: f64,
-    pub(crate) dt_over_m: f64,
-}
-
 kernel! {
     /// The change of the first difference in the next step, velocities in displacement per step. On
     /// entry `guard` has the change of the force, on return the guard of the first difference.
-    fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
+    fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
         let blocks = d_u.len();
         let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
-        let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
+        let &Held { u, v, spring, sigma, dt, dt_over_m, .. } = held;
         let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
         for n in 0..blocks {
             let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
@@ -179,8 +170,8 @@ pub(crate) fn terms(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain
                 };
                 let next_strain = &mut next[from..to + 2];
                 let next_guard = &mut guard[j * pitch..][from..to];
-                let (next_u, next_v) = (&mut next_u[from..to], &mut next_v[from..to]);
-                next_term(next_u, next_v, next_strain, next_guard, &term, chain);
+                let (own_u, own_v) = (&mut next_u[from..to], &mut next_v[from..to]);
+                next_term(own_u, own_v, next_strain, next_guard, &term, chain);
                 // The own strains of free ends are repeated beyond them.
                 if from == 0 {
                     next[0] = next[1];

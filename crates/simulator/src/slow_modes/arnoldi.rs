@@ -229,7 +229,7 @@ impl SlowModes {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let motions = &stuck.classes()[self.class];
-        let (w, stiff) = (motions.component(w), motions.component(stiff));
+        let (w, stiff) = (motions.fold(w), motions.fold(stiff));
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
         kernels::dots(&mut of_w, &self.shapes, &w);
         kernels::dots(&mut of_stiff, &self.shapes, &stiff);

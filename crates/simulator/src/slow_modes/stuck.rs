@@ -157,24 +157,17 @@ impl StuckLattice {
     /// Turns forces into the displacements `x` with `M x = force`; `false` if the stiffness is not positive
     /// by its numbers, or the stop comes.
     pub(crate) fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool {
-        if let [Factored { motions, .. }] = &self.factors[..]
-            && motions.are_all()
-        {
-            let Some(factor) = self.factor(0, stop) else { return false };
-            factor.solve(force);
-        } else {
-            let given = force.to_vec();
-            force.fill(0.0);
-            for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
-                if motions.lack(&given) {
-                    continue;
-                }
-                let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
-                    return false;
-                };
-                factor.solve(&mut own);
-                motions.add(force, &own);
+        let given = force.to_vec();
+        force.fill(0.0);
+        for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
+            if motions.lack(&given) {
+                continue;
             }
+            let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
+                return false;
+            };
+            factor.solve(&mut own);
+            motions.add(force, &own);
         }
         for Coupling { freedom, yields_m_per_n, held_n_per_m } in &self.coupling {
             let force_n = held_n_per_m * force[*freedom];
@@ -209,9 +202,6 @@ impl StuckLattice {
     /// [`StuckLattice::products`] with the same vector, in the basis of a class.
     pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
         let motions = &self.classes[class];
-        if motions.are_all() {
-            return self.products(stiff, damped, x, x);
-        }
         let zeros = || vec![0.0; self.freedoms()];
         let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
         motions.add(&mut all_x, x);

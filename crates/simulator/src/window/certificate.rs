@@ -53,8 +53,6 @@ pub(super) struct Certificate {
     bend: Vec<f64>,
     /// Distance of each block from switching over the whole window.
     margin: Vec<f64>,
-    /// Blocks that the bound over the whole window does not clear.
-    doubtful: Vec<usize>,
     /// Number of guards evaluated singly, per place, since this was last reset.
     pub(super) places: u64,
     /// Whether the last window was refused because at its start a block is closer to switching than the
@@ -70,7 +68,6 @@ impl Certificate {
             end: one_each(),
             bend: one_each(),
             margin: one_each(),
-            doubtful: Vec::new(),
             places: 0,
             is_refused_by_reserve: false,
         }
@@ -158,7 +155,7 @@ impl Certificate {
             &mut self.bend,
             expansion.guard.all(),
             expansion.guard.pitch,
-            [&length.double_sum[..terms], &length.whole[..terms]],
+            [&expansion.basis.double_sum(length.steps)[..terms], &length.whole[..terms]],
         );
         let (stuck_unit, sliding_unit) = expansion.units(plan);
         let course = Course {
@@ -174,18 +171,16 @@ impl Certificate {
             steps: length.steps as f64,
             reserve,
         };
-        self.doubtful.clear();
-        if kernels::margins(&mut self.margin, &course) {
-            for (n, margin) in self.margin.iter().enumerate() {
-                let stays = *margin > 0.0;
-                if !stays {
-                    self.doubtful.push(n);
-                }
-            }
-        }
         self.is_refused_by_reserve = false;
+        if !kernels::margins(&mut self.margin, &course) {
+            return Some(index);
+        }
         let mut best = index;
-        for &n in &self.doubtful {
+        for (n, margin) in self.margin.iter().enumerate() {
+            let stays = *margin > 0.0;
+            if stays {
+                continue;
+            }
             match certified_for(plan, expansion, n, best, reserve, &mut self.places) {
                 Some(index) => best = index,
                 None => {
@@ -277,7 +272,7 @@ fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> 
 fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
     alone.places.set(alone.places.get() + 1);
     let length = &expansion.basis.lengths[index];
-    let [sum, bend] = kernels::products(alone.terms, &length.double_sum, &length.whole);
+    let [sum, bend] = kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.whole);
     let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
     Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
 }
@@ -305,7 +300,8 @@ fn stays_clear(
     if between.is_empty() {
         // Between neighbouring lengths the sharper bound applies.
         let length = &expansion.basis.lengths[next];
-        let [_, bend] = kernels::products(alone.terms, &length.double_sum, &length.last);
+        let [_, bend] =
+            kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.last);
         return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
     }
     let middle_steps = from.steps + (to.steps - from.steps) / 2;

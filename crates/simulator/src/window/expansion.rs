@@ -20,7 +20,7 @@ use asperity_model::ends::EndBond;
 
 use crate::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::energy::Radiated;
-use crate::kernels::{self, Guarded, Held, Second, TermChain, Terms};
+use crate::kernels::{self, Guarded, Held, TermChain, Terms};
 use crate::operator_cache::OperatorCache;
 use crate::state::SliderState;
 use crate::strength::{Ramp, Strength};
@@ -89,7 +89,7 @@ impl Expansion {
     pub(super) fn new(plan: &Plan, chain: &Chain) -> Expansion {
         let basis = match plan.friction.law.affine() {
             Some(_) if Radiated::of(plan, chain) != Radiated::Apart => OperatorCache::HERE.basis(plan, chain),
-            _ => Arc::new(Chebyshev::none()),
+            _ => Arc::new(Chebyshev::default()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -175,7 +175,8 @@ impl Expansion {
         if rigid {
             hold_stuck(&self.sigma, d_u, d_v);
         }
-        // The second difference includes the constant rates of drive and kernels::pull(d_guard, d_u, d_v, &self.chain);
+        // The second difference includes the constant rates of drive and load.
+        kernels::pull(d_guard, d_u, d_v, &self.chain);
         let advance_m = plan.advance_m(state.step, state.hold_step);
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -193,7 +194,7 @@ impl Expansion {
         if radiation > 0.0 {
             kernels::radiate(d_guard, d_v, &self.sigma, radiation);
         }
-        let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
+        let second = Held { u: d_u, v: d_v, ..held };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
         kernels::second_difference(first_u, first_v, d_guard, &second);
         if rigid {
@@ -359,8 +360,9 @@ impl Expansion {
         }
     }
 
-    /// Writes displacements and velocities after `steps` steps, given the coefficients of the terms.
-    pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut SliderState) {
+    /// Writes displacements and velocities after `steps` steps.
+    pub(super) fn compose(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
+        let coefficients = &self.basis.double_sum(steps)[..self.terms];
         let parts = [
             (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
             (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),

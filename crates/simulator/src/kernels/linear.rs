@@ -63,7 +63,7 @@ kernel! {
     }
 }
 
-/// The values and bounds of [`kernels::follow`] for `LANES` blocks from `at` on.
+/// The values and bounds of [`follow`] for `LANES` blocks from `at` on.
 #[inline(always)]
 fn followed<const LANES: usize>(
     values: &mut [f64],

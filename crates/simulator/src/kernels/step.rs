@@ -33,7 +33,7 @@ pub(crate) struct Blocks<'a> {
 }
 
 kernel! {
-    /// One step of a chain: `tau` from [`kernels::pull`] and the outer forces, friction, new velocities
+    /// One step of a chain: `tau` from [`crate::kernels::pull`] and the outer forces, friction, new velocities
     /// and positions (4.13, 4.14). Returns whether any contact may switch.
     fn step[L: ContactLaw](
         u_new: &mut [f64],

@@ -19,7 +19,6 @@ use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
-use crate::kernels::Simd;
 use crate::state::SliderState;
 use crate::strength::Load;
 
@@ -88,11 +87,5 @@ pub(crate) trait OfPlan: Body {
     type Elastic: Clone + Debug;
 
     /// The body at the start of a plan.
-    fn of_plan(
-        plan: &Plan,
-        elastic: &Self::Elastic,
-        state: &SliderState,
-        simd: Simd,
-        keeping: Bookkeeping,
-    ) -> Self;
+    fn of_plan(plan: &Plan, elastic: &Self::Elastic, state: &SliderState, keeping: Bookkeeping) -> Self;
 }

@@ -34,7 +34,7 @@ use asperity_model::elastic::Chain;
 use asperity_model::ends::absorbing_kg_per_s;
 
 use crate::cost::GRID_STEPS;
-use crate::kernels::{Coefficients, FOLLOWED, Simd};
+use crate::kernels::{self, Coefficients, FOLLOWED};
 use crate::propagator::Propagator;
 
 /// Most terms of a window. A few more coefficients are computed, since `c_J` bounds what `J` terms leave
@@ -62,10 +62,6 @@ pub(crate) struct Length {
     pub(crate) steps: u64,
     /// Most terms for this length.
     pub(crate) terms: usize,
-    /// `s_j(steps)`.
-    pub(crate) double_sum: [f64; MOST_TERMS],
-    /// `sum_{l<steps} s_j(l)`.
-    pub(crate) triple_sum: [f64; MOST_TERMS],
     /// Largest `|c_j(i)|` for `i` up to `steps`.
     pub(crate) whole: [f64; MOST_TERMS],
     /// Largest `|c_j(i)|` for `i` between the next shorter length and `steps`.
@@ -96,8 +92,8 @@ impl Length {
     }
 }
 
-/// The basis for a step's map, and its coefficients.
-#[derive(Debug, Clone)]
+/// The basis for a step's map, and its coefficients; without lengths by default, for maps that are not affine.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Chebyshev {
     pub(crate) centre: f64,
     pub(crate) focus: f64,
@@ -111,15 +107,13 @@ pub(crate) struct Chebyshev {
 }
 
 impl Chebyshev {
-    pub(crate) fn of(map: &Propagator, simd: Simd) -> Chebyshev {
+    pub(crate) fn of(map: &Propagator) -> Chebyshev {
         let (ellipse, longest) = Ellipse::best(&spectrum(map));
         let mut basis = Chebyshev {
             centre: ellipse.centre,
             focus: ellipse.focus,
             sigma: ellipse.sigma,
-            lengths: Vec::new(),
-            double_sums: Vec::new(),
-            triple_sums: Vec::new(),
+            ..Chebyshev::default()
         };
         let mut steps = vec![];
         let mut next = (longest.min(MOST_STEPS as f64) / GRID_STEPS as f64).floor();
@@ -128,20 +122,8 @@ impl Chebyshev {
             next = (next / RATIO).floor().min(next - 1.0);
         }
         steps.reverse();
-        basis.tabulate(&steps, &ellipse, simd);
+        basis.tabulate(&steps, &ellipse);
         basis
-    }
-
-    /// An empty basis, for maps that are not affine.
-    pub(crate) fn none() -> Chebyshev {
-        Chebyshev {
-            centre: 0.0,
-            focus: 0.0,
-            sigma: 1.0,
-            lengths: Vec::new(),
-            double_sums: Vec::new(),
-            triple_sums: Vec::new(),
-        }
     }
 
     /// Bytes of memory used.
@@ -160,7 +142,7 @@ impl Chebyshev {
     }
 
     /// Advances the coefficients step by step, and stores the extremes and sums that lengths need.
-    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, simd: Simd) {
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse) {
         let mut c = Coefficients::of_no_step(self.centre, self.focus, self.sigma);
         let mut done = 0;
         for i in 0..=lengths.last().copied().unwrap_or(0) {
@@ -169,15 +151,12 @@ impl Chebyshev {
                 self.double_sums.push(first_of(&c.double));
                 self.triple_sums.push(first_of(&c.triple));
             }
-            simd.note_largest(&mut c);
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
                 let half = self.focus / 2.0;
                 self.lengths.push(Length {
                     steps: i,
                     terms,
-                    double_sum: first_of(&c.double),
-                    triple_sum: first_of(&c.triple),
                     whole: first_of(&c.whole),
                     last: first_of(&c.last),
                     largest: c.double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
@@ -186,7 +165,7 @@ impl Chebyshev {
                 c.last = c.now.map(f64::abs);
                 done += 1;
             }
-            simd.next_coefficients(&mut c);
+            kernels::next_coefficients(&mut c);
         }
     }
 }

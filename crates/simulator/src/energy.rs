@@ -45,7 +45,7 @@ use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::cost::span_steps;
-use crate::kernels::{Changing, Forms, Held, Simd, StepWork, Stored};
+use crate::kernels::{self, Changing, Forms, Held, StepWork, Stored};
 use crate::ledger::{Ledger, Span};
 use crate::state::SliderState;
 use crate::strength::Ramp;
@@ -105,7 +105,6 @@ struct Potential {
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
     chain: Chain,
-    simd: Simd,
     /// Whether single steps add their terms one by one.
     by_steps: bool,
     /// Whether the viscous loss, or the radiated energy, follows from the balance.
@@ -152,18 +151,11 @@ struct Map {
 }
 
 impl Accounts {
-    pub(crate) fn new(
-        plan: &Plan,
-        chain: Chain,
-        state: &SliderState,
-        simd: Simd,
-        keeping: Bookkeeping,
-    ) -> Accounts {
+    pub(crate) fn new(plan: &Plan, chain: Chain, state: &SliderState, keeping: Bookkeeping) -> Accounts {
         let orders = orders(plan);
         let zeros = || vec![0.0; plan.blocks];
         let mut accounts = Accounts {
             chain,
-            simd,
             by_steps: keeping == Bookkeeping::EveryStep
                 || plan.friction.law.holds()
                 || plan.friction.law.junctions().is_some()
@@ -286,7 +278,7 @@ impl Accounts {
         }
         let mut heat_w = work.friction_w;
         if self.radiated != Radiated::None {
-            let radiated_w = self.radiation_kg_per_s * self.simd.sliding_product(slip, before, after);
+            let radiated_w = self.radiation_kg_per_s * kernels::sliding_product(slip, before, after);
             heat_w -= radiated_w;
             let radiated_w = radiated_w + absorbed_w;
             if !self.balances || self.radiated == Radiated::Apart {
@@ -343,7 +335,7 @@ impl Accounts {
     pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
         if self.fades() {
             let friction_n = &plan.friction.dynamic_friction_n;
-            let way_j = self.simd.directed(&self.map.sigma, friction_n, displacement_m);
+            let way_j = kernels::directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
         }
     }
@@ -413,7 +405,7 @@ impl Accounts {
 
     /// Kinetic and elastic energy of a state after a step.
     fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
-        let stored = self.simd.stored(&Stored {
+        let stored = kernels::stored(&Stored {
             chain: &self.chain,
             u: &state.displacement_m,
             v: &state.velocity_m_per_s,
@@ -450,7 +442,7 @@ impl Accounts {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
         map.slides = state.detached > 0;
-        map.is_directed = self.simd.sort(
+        map.is_directed = kernels::sort(
             &mut map.sigma,
             &mut map.spring,
             &state.velocity_m_per_s,
@@ -462,10 +454,10 @@ impl Accounts {
 
     /// The functions of the state whose differences over the span are heat and scheme work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
-        let Accounts { chain, simd, map, force_n, zeros, now, next, orders, .. } = self;
+        let Accounts { chain, map, force_n, zeros, now, next, orders, .. } = self;
         let radiation = self.radiation_kg_per_s;
         let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
-            true => radiation * simd.sliding_product(sigma, v, v),
+            true => radiation * kernels::sliding_product(sigma, v, v),
             false => 0.0,
         };
         let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
@@ -488,7 +480,7 @@ impl Accounts {
                 plan.drive_point_m(state.step + 1, hold_step)
             }
         };
-        simd.pull(force_n, u, v, chain);
+        kernels::pull(force_n, u, v, chain);
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
@@ -499,7 +491,7 @@ impl Accounts {
             *force += prestress;
         }
         if radiation > 0.0 {
-            simd.radiate(force_n, v, &map.sigma, radiation);
+            kernels::radiate(force_n, v, &map.sigma, radiation);
         }
         let held = Held {
             u,
@@ -512,7 +504,7 @@ impl Accounts {
             dt_over_m,
         };
         let [d_u, d_v] = now;
-        simd.first_difference(d_u, d_v, force_n, &held);
+        kernels::first_difference(d_u, d_v, force_n, &held);
         if rigid {
             hold_stuck(&map.sigma, [d_u, d_v]);
         }
@@ -525,19 +517,19 @@ impl Accounts {
                 .map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block])
                 .sum();
             let load = match map.slides && !map.ramp.is_flat() {
-                true => map.ramp.change_n(simd.directed(&map.sigma, friction_n, x)),
+                true => map.ramp.change_n(kernels::directed(&map.sigma, friction_n, x)),
                 false => 0.0,
             };
             drive - load
         };
-        let Forms { mixed, loss, .. } = simd.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
+        let Forms { mixed, loss, .. } = kernels::forms(&Changing { chain, u, v, d_v, spring: &map.spring });
         let at_ends_w = |v: &[f64]| plan.end_bonds.iter().map(|bond| bond.loss_w(v, v)).sum::<f64>();
         let loss = loss + radiated_w(v, &map.sigma) + at_ends_w(v);
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            simd.pull(force_n, d_u, d_v, chain);
+            kernels::pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
             for spring in &plan.drive.springs {
                 force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -551,16 +543,16 @@ impl Accounts {
                 }
             }
             if radiation > 0.0 {
-                simd.radiate(force_n, d_v, &map.sigma, radiation);
+                kernels::radiate(force_n, d_v, &map.sigma, radiation);
             }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
-            simd.first_difference(next_u, next_v, force_n, &held);
+            kernels::first_difference(next_u, next_v, force_n, &held);
             if rigid {
                 hold_stuck(&map.sigma, [next_u, next_v]);
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
-                simd.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+                kernels::forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let loss = loss + radiated_w(d_v, &map.sigma) + at_ends_w(d_v);
             let strain_j = strain_j + plan.end_bonds.iter().map(|bond| bond.half_form(d_u)).sum::<f64>();
             let drive_j: f64 = plan
@@ -576,7 +568,7 @@ impl Accounts {
             std::mem::swap(now, next);
         }
         let heat_j = match map.slides {
-            true => load.scaled_n(simd.directed(&map.sigma, friction_n, u)),
+            true => load.scaled_n(kernels::directed(&map.sigma, friction_n, u)),
             false => 0.0,
         };
         Potential { heat_j, scheme_j }

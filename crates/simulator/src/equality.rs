@@ -20,7 +20,6 @@ use asperity_model::law::magnitude;
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::Simd;
 use crate::kind;
 use crate::ledger::Ledger;
 use crate::norms::Norms;
@@ -148,7 +147,7 @@ pub fn compare(
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
     let plain = Plain::new(Arc::clone(&plan));
-    hold(&plan, plain, kind::fast(Arc::clone(&plan), Simd::detect()), each, progress)
+    hold(&plan, plain, kind::fast(Arc::clone(&plan)), each, progress)
 }
 
 /// Compares two solvers at the start of their runs.

@@ -25,7 +25,6 @@ use asperity_record::Energy;
 use crate::body::OfPlan;
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
-use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::single_step::Driving;
@@ -41,7 +40,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     type Leap: Copy + Debug + Send;
 
     /// For the runs of a plan.
-    fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, simd: Simd) -> Self;
+    fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic) -> Self;
 
     /// Opens a leap of at most `most_steps` steps, if one is certified; otherwise returns the number of
     /// single steps to take before the next attempt. If the stop has come meanwhile, nothing has happened.
@@ -129,11 +128,11 @@ const JUNCTIONS: &str = "single steps instead of leaps: junctions break or are p
 
 impl<L: Leaps> Fast<L> {
     /// A solver at the start of a plan, with kernels for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, simd: Simd) -> Fast<L> {
-        let mut stepper = Stepper::new(Arc::clone(&plan), elastic, simd, Bookkeeping::Spans);
+    pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic) -> Fast<L> {
+        let mut stepper = Stepper::new(Arc::clone(&plan), elastic, Bookkeeping::Spans);
         Fast {
             recorder: Recorder::at_start(&plan, &mut stepper),
-            leaps: L::of(&plan, elastic, simd),
+            leaps: L::of(&plan, elastic),
             aside: stepper.clone(),
             aside_steps: 0,
             is_inside: false,

@@ -17,8 +17,10 @@
 //! with a reserve for rounding ([`crate::norms`]) and one for the residue that the modes do not span, reach
 //! a threshold.
 //!
-//! The bodies differ in how they find the forced part and the modes: [`chain`], [`lattice`].
+//! How long a jump may be: [`certificate`]. The bodies differ in how they find the forced part and the modes:
+//! [`chain`], [`lattice`].
 
+mod certificate;
 pub(crate) mod chain;
 pub(crate) mod lattice;
 

@@ -23,7 +23,7 @@ use asperity_model::{Junctions, Plan};
 use asperity_record::JunctionTotals;
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::{Bearing, Simd};
+use crate::kernels::{self, Bearing};
 
 /// The state of the junctions of all contacts.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -283,7 +283,6 @@ impl JunctionState {
 #[derive(Debug, Clone)]
 pub(crate) struct JunctionLoops {
     law: Junctions,
-    simd: Simd,
     step_s: f64,
     /// `N_s k_n`, `k_n` and `1 / (N_s k_n)`.
     contact_stiffness_n_per_m: Vec<f64>,
@@ -324,13 +323,12 @@ impl<'a> Loaded<'a> {
 
 impl JunctionLoops {
     /// For the contacts of a plan; `None` by laws without junctions.
-    pub(crate) fn of(plan: &Plan, simd: Simd) -> Option<JunctionLoops> {
+    pub(crate) fn of(plan: &Plan) -> Option<JunctionLoops> {
         let law = plan.friction.law.junctions()?;
         let zeros = || vec![0.0; plan.blocks];
         let stiffnesses = || plan.friction.contact_stiffness_n_per_m.iter();
         Some(JunctionLoops {
             law,
-            simd,
             step_s: plan.grid.step_s(),
             contact_stiffness_n_per_m: stiffnesses().copied().collect(),
             stiffness_n_per_m: stiffnesses().map(|stiffness| stiffness / law.count as f64).collect(),
@@ -374,7 +372,7 @@ impl JunctionLoops {
             share: self.share,
         };
         let (low_m, high_m) = (&mut contacts.low_m, &mut contacts.high_m);
-        let any = self.simd.drag(low_m, high_m, mean_anchor_m, &mut self.heat_j, &mut self.marks, &bearing);
+        let any = kernels::drag(low_m, high_m, mean_anchor_m, &mut self.heat_j, &mut self.marks, &bearing);
         self.visits_j = 0.0;
         self.visited.clear();
         self.broken_m.clear();
@@ -386,7 +384,7 @@ impl JunctionLoops {
             }
         }
         let friction_n = &mut self.friction_n;
-        self.simd.resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, at.u, mean_anchor_m);
+        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, at.u, mean_anchor_m);
     }
 
     /// Items 1 to 3 for all junctions of a contact, of which the outermost are dragged already; returns the mean of
@@ -472,7 +470,7 @@ impl JunctionLoops {
     /// motion.
     pub(crate) fn heat_and_scheme_j(&self, velocity_m_per_s: &[f64]) -> [f64; 2] {
         let (dt, k) = (self.step_s, &self.stiffness_n_per_m);
-        let [dragged_j, stretch] = self.simd.heat_and_stretch(&self.heat_j, k, velocity_m_per_s);
+        let [dragged_j, stretch] = kernels::heat_and_stretch(&self.heat_j, k, velocity_m_per_s);
         let broken = self.visited.iter().zip(&self.broken_m);
         let broken_j: f64 = broken.map(|(n, moved_m)| k[*n] * moved_m * dt * velocity_m_per_s[*n]).sum();
         [dragged_j + (self.visits_j + broken_j), 0.5 * self.law.count as f64 * dt * dt * stretch]

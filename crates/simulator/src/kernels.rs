@@ -28,14 +28,20 @@ mod simd;
 mod step;
 mod terms;
 
-pub(crate) use band::ROWS;
-pub(crate) use coefficients::{Coefficients, FOLLOWED};
-pub(crate) use contacts::{MovedContacts, Rubbed};
-pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};
-pub(crate) use fourier::{NEAR, Near, Parts};
-pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
-pub(crate) use junctions::Bearing;
-pub(crate) use lattice::{Forces, MovedWork};
-pub(crate) use simd::Simd;
-pub(crate) use step::{After, Blocks};
-pub(crate) use terms::{Held, Second, TermChain, Terms};
+pub(crate) use band::{ROWS, factor_rows, solve_band};
+pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
+pub(crate) use contacts::{MovedContacts, Rubbed, rub, rubbed_work, tangential_force};
+pub(crate) use dense::{add_columns, dots};
+pub(crate) use elastic::{invariant, pull};
+pub(crate) use energy::{
+    Changing, Forms, Moved, StepWork, Stored, directed, forms, sliding_product, step_work, stored,
+};
+pub(crate) use fourier::{NEAR, Near, Parts, bessel, fourier, gather, spread};
+pub(crate) use guards::{Course, Guarded, Reserve, Steps, crossing_ahead, first_crossing, margin, margins};
+pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
+pub(crate) use lattice::{Forces, MovedWork, lattice_move, lattice_pull};
+pub(crate) use linear::{add_course, combine, follow, largest, products, scale};
+#[cfg(test)]
+pub(crate) use simd::tests::by_all;
+pub(crate) use step::{After, Blocks, step, switching};
+pub(crate) use terms::{Held, TermChain, Terms, first_difference, radiate, second_difference, sort, terms};

@@ -10,15 +10,15 @@ use asperity_model::Plan;
 use asperity_model::law::{ContactLaw, Stepped, WithLaw};
 use asperity_model::laws::Law;
 
-use crate::kernels::{After, Blocks, Moved, Rubbed, Simd, StepWork};
+use crate::kernels::{self, After, Blocks, Moved, Rubbed, StepWork};
 use crate::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     /// Friction of all contacts of a lattice; returns whether any may switch.
-    fn rub(&self, simd: Simd, contacts: &mut Rubbed<'_, D>) -> bool;
+    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool;
     /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
-    fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
+    fn switching(&self, marks: &mut [u64], after: &After<'_, D>);
     /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
     /// step and the contacts that switched, ascending.
     fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]);
@@ -27,9 +27,9 @@ pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
 /// The loops over the nodes of a chain, where every node carries a contact.
 pub(crate) trait ChainLoops: ContactLoops<1> {
     /// Takes one step; returns whether any contact may switch.
-    fn step(&self, simd: Simd, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
+    fn step(&self, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
     /// Energy changes of a step.
-    fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
+    fn step_work(&self, moved: &Moved<'_>) -> StepWork;
 }
 
 /// The loops compiled for one law.
@@ -37,12 +37,12 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
 pub(crate) struct Loops<L>(pub(crate) L);
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
-    fn rub(&self, simd: Simd, contacts: &mut Rubbed<'_, D>) -> bool {
-        simd.rub(contacts, &self.0)
+    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool {
+        kernels::rub(contacts, &self.0)
     }
 
-    fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>) {
-        simd.switching(marks, after, &self.0);
+    fn switching(&self, marks: &mut [u64], after: &After<'_, D>) {
+        kernels::switching(marks, after, &self.0);
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]) {
@@ -67,18 +67,12 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
 }
 
 impl<L: ContactLaw> ChainLoops for Loops<L> {
-    fn step(
-        &self,
-        simd: Simd,
-        (u_new, v_new): (&mut [f64], &mut [f64]),
-        tau: &mut [f64],
-        old: &Blocks<'_>,
-    ) -> bool {
-        simd.step(u_new, v_new, tau, old, &self.0)
+    fn step(&self, (u_new, v_new): (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool {
+        kernels::step(u_new, v_new, tau, old, &self.0)
     }
 
-    fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork {
-        simd.step_work(moved, &self.0)
+    fn step_work(&self, moved: &Moved<'_>) -> StepWork {
+        kernels::step_work(moved, &self.0)
     }
 }
 

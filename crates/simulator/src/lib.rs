@@ -61,7 +61,6 @@
 //! contact, and both are called *blocks* where the difference does not matter.
 
 mod adaptive;
-mod bodies;
 mod body;
 mod chebyshev;
 mod clearance;

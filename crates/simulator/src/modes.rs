@@ -20,13 +20,12 @@
 //! coordinates by their product, which must be the identity to within [`DEFECT`]. A chain that fails has
 //! no stored modes, as at critical damping, where two modes coincide.
 
-use std::ops::Deref;
 use std::sync::Arc;
 
 use asperity_model::ends::EndBond;
 
 use crate::complex::Complex;
-use crate::kernels::Simd;
+use crate::kernels;
 use crate::propagator::Propagator;
 
 /// Largest deviation of modes times coordinates from the identity.
@@ -227,8 +226,7 @@ impl Pencil {
 /// The modes of a stuck chain. Coordinates are complex; the first `pairs` of them represent a mode and
 /// its conjugate, the others are real.
 #[derive(Debug)]
-pub(crate) struct StoredModes {
-    simd: Simd,
+pub(crate) struct Modes {
     blocks: usize,
     pairs: usize,
     /// Unit of time that makes velocities comparable with displacements.
@@ -242,24 +240,7 @@ pub(crate) struct StoredModes {
     force_n: Vec<f64>,
     /// Largest ratio of the norm `sqrt(I)` to the Euclidean norm, between two states.
     spread: f64,
-    powers: Powers,
-}
-
-/// Stored modes with the work arrays of one solver.
-#[derive(Debug, Clone)]
-pub(crate) struct Modes {
-    stored: Arc<StoredModes>,
-    sizes: Vec<f64>,
-    scratch: Vec<f64>,
-    more_scratch: Vec<f64>,
-}
-
-impl Deref for Modes {
-    type Target = StoredModes;
-
-    fn deref(&self) -> &StoredModes {
-        &self.stored
-    }
+    pub(crate) powers: Powers,
 }
 
 /// One complex number per mode.
@@ -269,9 +250,9 @@ pub(crate) struct Coordinates {
     pub(crate) im: Vec<f64>,
 }
 
-impl StoredModes {
+impl Modes {
     /// The modes of the stuck chain; `None` if they do not span its states well enough, or its ends are joined.
-    pub(crate) fn of(map: &Propagator, simd: Simd) -> Option<Arc<StoredModes>> {
+    pub(crate) fn of(map: &Propagator) -> Option<Arc<Modes>> {
         if map.end_bonds.iter().any(|bond| bond.other.is_some()) {
             return None;
         }
@@ -286,8 +267,7 @@ impl StoredModes {
         let unit_s = (map.block_mass_kg
             / (map.elastic().spectral_bound_n_per_m() + map.stiffest_spring_n_per_m))
             .sqrt();
-        let mut modes = StoredModes {
-            simd,
+        let mut modes = Modes {
             blocks,
             pairs,
             unit_s,
@@ -346,17 +326,15 @@ impl StoredModes {
                 times * (map.elastic().pull_n(&x, &velocity, n) + drive + walls).size()
             }));
         }
-        let none_grows = modes.powers.none_grows();
-        let stored = Arc::new(modes);
-        (none_grows && Modes::new(Arc::clone(&stored)).span_states()).then_some(stored)
+        (modes.powers.none_grows() && modes.span_states()).then(|| Arc::new(modes))
     }
 
     /// Bytes of memory used.
     pub(crate) fn bytes(&self) -> usize {
-        let StoredModes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
+        let Modes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
         let numbers: usize =
             [to_re, to_im, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
-        (numbers + 2 * BITS * powers.0[0].re.len()) * size_of::<f64>()
+        (numbers + 2 * BITS * powers.count()) * size_of::<f64>()
     }
 
     /// Bound on the share of a state, in the norm `sqrt(I)`, that its coordinates may miss, from the
@@ -365,80 +343,50 @@ impl StoredModes {
         (2 * self.blocks) as f64 * DEFECT * self.spread
     }
 
-    /// `(1 + z)^steps - 1` of every mode.
-    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        self.powers.growth(steps)
-    }
-}
-
-impl Modes {
-    pub(crate) fn new(stored: Arc<StoredModes>) -> Modes {
-        Modes {
-            sizes: vec![0.0; stored.powers.0[0].re.len()],
-            scratch: vec![0.0; 2 * stored.blocks],
-            more_scratch: vec![0.0; 2 * stored.blocks],
-            stored,
-        }
-    }
-
     /// Whether modes times coordinates is the identity within [`DEFECT`].
-    fn span_states(&mut self) -> bool {
-        let size = self.scratch.len();
-        let (blocks, unit_s) = (size / 2, self.unit_s);
-        let (count, pairs) = (self.sizes.len(), self.pairs);
-        let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
+    fn span_states(&self) -> bool {
+        let (count, size) = (self.powers.count(), 2 * self.blocks);
         let mut back = vec![0.0; size];
         (0..size).all(|column| {
             // The coordinates of a unit vector are a column of the projection.
-            coordinates.re.copy_from_slice(&self.to_re[column * count..][..count]);
-            coordinates.im[..pairs].copy_from_slice(&self.to_im[column * pairs..][..pairs]);
-            self.compose(&coordinates, &mut back);
+            let re = self.to_re[column * count..][..count].to_vec();
+            let mut im = self.to_im[column * self.pairs..][..self.pairs].to_vec();
+            im.resize(count, 0.0);
+            self.compose(&Coordinates { re, im }, f64::NEG_INFINITY, &mut back);
             (0..size).all(|row| {
-                let unit = if row < blocks { 1.0 } else { unit_s };
+                let unit = if row < self.blocks { 1.0 } else { self.unit_s };
                 (back[row] * unit - f64::from(u8::from(row == column))).abs() < DEFECT
             })
         })
     }
 
     /// A state's coordinates; displacements, then velocities.
-    pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
-        let blocks = state.len() / 2;
-        let Modes { stored, sizes, scratch, .. } = self;
-        scratch.copy_from_slice(state);
-        for v in &mut scratch[blocks..] {
-            *v *= stored.unit_s;
+    pub(crate) fn project(&self, state: &[f64]) -> Coordinates {
+        let mut state = state.to_vec();
+        for v in &mut state[self.blocks..] {
+            *v *= self.unit_s;
         }
-        coordinates.re.resize(sizes.len(), 0.0);
-        coordinates.im.resize(sizes.len(), 0.0);
-        stored.simd.multiply(&mut coordinates.re, &stored.to_re, scratch);
-        stored.simd.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
-    }
-
-    /// The state with these coordinates.
-    pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64]) {
-        self.compose_first(coordinates, self.sizes.len(), state);
+        let count = self.powers.count();
+        let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
+        kernels::add_columns(&mut coordinates.re, &self.to_re, &state);
+        kernels::add_columns(&mut coordinates.im[..self.pairs], &self.to_im, &state);
+        coordinates
     }
 
     /// The state with these coordinates, without the last modes as long as they are no larger than
-    /// `size`: those of short waves, which damping removes first.
-    pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, size: f64, state: &mut [f64]) {
-        let numbers = coordinates.re.iter().zip(&coordinates.im);
-        let last = numbers.rev().position(|(re, im)| (re * re + im * im).sqrt() > size);
-        self.compose_first(coordinates, last.map_or(0, |behind| self.sizes.len() - behind), state);
-    }
-
-    fn compose_first(&mut self, coordinates: &Coordinates, modes: usize, state: &mut [f64]) {
-        let Modes { stored, scratch, more_scratch, .. } = self;
-        let (size, pairs) = (state.len(), modes.min(stored.pairs));
-        let blocks = size / 2;
-        let (re, im) = (&coordinates.re[..modes], &coordinates.im[..pairs]);
-        stored.simd.multiply(scratch, &stored.from_re[..modes * size], re);
-        stored.simd.multiply(more_scratch, &stored.from_im[..pairs * size], im);
-        for ((y, re), im) in state.iter_mut().zip(scratch).zip(more_scratch) {
-            *y = *re + *im;
+    /// `least`: those of short waves, which damping removes first.
+    pub(crate) fn compose(&self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
+        let modes = coordinates.count_above(least);
+        let (size, pairs) = (state.len(), modes.min(self.pairs));
+        let mut by_im = vec![0.0; size];
+        state.fill(0.0);
+        kernels::add_columns(state, &self.from_re[..modes * size], &coordinates.re[..modes]);
+        kernels::add_columns(&mut by_im, &self.from_im[..pairs * size], &coordinates.im[..pairs]);
+        for (y, im) in state.iter_mut().zip(by_im) {
+            *y += im;
         }
-        for v in &mut state[blocks..] {
-            *v /= stored.unit_s;
+        for v in &mut state[self.blocks..] {
+            *v /= self.unit_s;
         }
     }
 
@@ -448,15 +396,14 @@ impl Modes {
     /// With `v(i) = Re sum_m A_m l_m^i` and `l = 1 + z` a product is `Re sum_mn [A_m A_n l_n (l_m l_n)^i +
     /// A_m A_n* l_n* (l_m l_n*)^i] / 2`, and `sum_i (l_m l_n)^i = ((l_m l_n)^steps - 1) / (l_m l_n - 1)`, without adding to 1.
     pub(crate) fn products(&self, coordinates: &Coordinates, growth: &Coordinates, block: usize) -> f64 {
-        let (size, row) = (self.scratch.len(), self.scratch.len() / 2 + block);
-        let of = |all: &Coordinates, m: usize| Complex { re: all.re[m], im: all.im[m] };
+        let (size, row) = (2 * self.blocks, self.blocks + block);
         let amplitude = |m: usize| {
             let im = if m < self.pairs { -self.from_im[m * size + row] } else { 0.0 };
             let shape = Complex { re: self.from_re[m * size + row], im };
-            (shape * of(coordinates, m)).scaled(1.0 / self.unit_s)
+            (shape * coordinates.at(m)).scaled(1.0 / self.unit_s)
         };
         let modes: Vec<[Complex; 3]> =
-            (0..self.sizes.len()).map(|m| [amplitude(m), of(&self.powers.0[0], m), of(growth, m)]).collect();
+            (0..self.powers.count()).map(|m| [amplitude(m), self.powers.0[0].at(m), growth.at(m)]).collect();
         let conjugate = |x: Complex| Complex { re: x.re, im: -x.im };
         let mut sum = 0.0;
         for &[a, z, grown] in &modes {
@@ -471,11 +418,9 @@ impl Modes {
     }
 
     /// Writes into `swing` how large the force on each block may become from now on.
-    pub(crate) fn bound(&mut self, coordinates: &Coordinates, swing: &mut [f64]) {
-        for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {
-            *size = (re * re + im * im).sqrt();
-        }
-        self.stored.simd.multiply(swing, &self.stored.force_n, &self.sizes);
+    pub(crate) fn bound(&self, coordinates: &Coordinates, swing: &mut [f64]) {
+        swing.fill(0.0);
+        kernels::add_columns(swing, &self.force_n, &coordinates.sizes());
     }
 }
 
@@ -485,16 +430,18 @@ pub(crate) struct Powers(Arc<[Coordinates]>);
 
 impl Powers {
     pub(crate) fn of(values: &[Complex]) -> Powers {
-        let mut power = Coordinates {
-            re: values.iter().map(|z| z.re).collect(),
-            im: values.iter().map(|z| z.im).collect(),
-        };
+        let mut power: Coordinates = values.iter().copied().collect();
         let powers = (0..BITS).map(|_| {
             let square = power.clone();
             power.compound(&square);
             square
         });
         Powers(powers.collect())
+    }
+
+    /// Number of modes.
+    fn count(&self) -> usize {
+        self.0[0].re.len()
     }
 
     /// Whether no mode grows, within rounding.
@@ -506,8 +453,7 @@ impl Powers {
 
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        let modes = self.0[0].re.len();
-        let mut growth = Coordinates { re: vec![0.0; modes], im: vec![0.0; modes] };
+        let mut growth = Coordinates { re: vec![0.0; self.count()], im: vec![0.0; self.count()] };
         for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
             growth.compound(&self.0[p]);
         }
@@ -515,7 +461,29 @@ impl Powers {
     }
 }
 
+impl FromIterator<Complex> for Coordinates {
+    fn from_iter<I: IntoIterator<Item = Complex>>(numbers: I) -> Coordinates {
+        let (re, im) = numbers.into_iter().map(|z| (z.re, z.im)).unzip();
+        Coordinates { re, im }
+    }
+}
+
 impl Coordinates {
+    pub(crate) fn at(&self, mode: usize) -> Complex {
+        Complex { re: self.re[mode], im: self.im[mode] }
+    }
+
+    /// How large each is.
+    pub(crate) fn sizes(&self) -> Vec<f64> {
+        self.re.iter().zip(&self.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
+    }
+
+    /// Number of modes up to the last one that is larger than `least`.
+    pub(crate) fn count_above(&self, least: f64) -> usize {
+        let mut numbers = self.re.iter().zip(&self.im);
+        numbers.rposition(|(re, im)| (re * re + im * im).sqrt() > least).map_or(0, |last| last + 1)
+    }
+
     /// The growth over two intervals one after the other, `(1 + a)(1 + b) - 1`, computed without adding
     /// to 1.
     fn compound(&mut self, growth: &Coordinates) {

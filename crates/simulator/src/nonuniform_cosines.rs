@@ -26,7 +26,7 @@
 use std::sync::Arc;
 
 use crate::complex::Complex;
-use crate::kernels::{NEAR, Near, Parts, Simd};
+use crate::kernels::{self, NEAR, Near, Parts};
 
 /// Half the width of the kernel, in points of the grid.
 const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
@@ -40,7 +40,6 @@ const LARGEST_IMAGINARY: f64 = 1.0;
 /// Transforms between values at blocks and coefficients of waves.
 #[derive(Debug, Clone)]
 pub(crate) struct Cosines {
-    simd: Simd,
     blocks: usize,
     /// `G`.
     size: usize,
@@ -49,7 +48,7 @@ pub(crate) struct Cosines {
     quarter_turns: [Arc<[f64]>; 2],
     /// `1 / psi` of every block.
     part: Arc<[f64]>,
-    kernels: Kernels,
+    near: Near,
     /// Two quantities on the grid, padded by what kernels reach beyond its ends.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
@@ -59,15 +58,11 @@ pub(crate) struct Cosines {
 impl Cosines {
     /// The transform for these wave numbers of a chain; `None` if one of them is too far from the real
     /// axis, or not between 0 and `pi`.
-    pub(crate) fn of(
-        wave_numbers: impl Iterator<Item = Complex>,
-        blocks: usize,
-        simd: Simd,
-    ) -> Option<Cosines> {
+    pub(crate) fn of(wave_numbers: impl Iterator<Item = Complex>, blocks: usize) -> Option<Cosines> {
         let pi = std::f64::consts::PI;
         let size = (2 * blocks).next_power_of_two().max(2 * NEAR);
         let spacing = pi / size as f64;
-        let kernels = Kernels::of(wave_numbers, size, simd)?;
+        let near = Near::of(wave_numbers, size)?;
         let angles = |unit: f64| -> [Arc<[f64]>; 2] {
             let angle = move |k: usize| unit * k as f64;
             [
@@ -78,13 +73,12 @@ impl Cosines {
         let on_grid = || vec![0.0; size + 2 * BEYOND + 1];
         let values = || vec![0.0; size];
         Some(Cosines {
-            simd,
             blocks,
             size,
             turns: angles(-2.0 * spacing),
             quarter_turns: angles(-0.5 * spacing),
             part: (0..blocks).map(|p| over_psi(spacing * (p as f64 + 0.5))).collect(),
-            kernels,
+            near,
             grid: [on_grid(), on_grid()],
             values: [values(), values()],
             scratch: [values(), values()],
@@ -95,7 +89,7 @@ impl Cosines {
     /// real and imaginary part.
     pub(crate) fn project(&mut self, u: &[f64], v: &[f64], sums: &mut Vec<[f64; 4]>) {
         let (blocks, size) = (self.blocks, self.size);
-        let balance = balance(self.simd.largest(u), self.simd.largest(v));
+        let balance = balance(kernels::largest(u), kernels::largest(v));
         for ((values, numbers), factor) in self.values.iter_mut().zip([u, v]).zip([1.0, balance]) {
             values.fill(0.0);
             for p in 0..blocks {
@@ -119,8 +113,8 @@ impl Cosines {
                 grid[BEYOND + size + beyond] = -grid[BEYOND + size - beyond];
             }
         }
-        sums.resize(self.kernels.first.len(), [0.0; 4]);
-        self.simd.gather(sums, &self.kernels.near(), [&self.grid[0], &self.grid[1]]);
+        sums.resize(self.near.first.len(), [0.0; 4]);
+        kernels::gather(sums, &self.near, [&self.grid[0], &self.grid[1]]);
         for [_, _, re, im] in sums {
             (*re, *im) = (*re / balance, *im / balance);
         }
@@ -140,7 +134,7 @@ impl Cosines {
         let [of_u, of_v] = &mut self.grid;
         of_u.fill(0.0);
         of_v.fill(0.0);
-        self.simd.spread(Parts(of_u, of_v), &self.kernels.near(), coordinates);
+        kernels::spread(Parts(of_u, of_v), &self.near, coordinates);
         for grid in [of_u, of_v] {
             for beyond in 1..=BEYOND {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
@@ -171,7 +165,7 @@ impl Cosines {
     fn transform(&mut self) {
         let [re, im] = &mut self.values;
         let [a, b] = &mut self.scratch;
-        self.simd.fourier(Parts(re, im), Parts(a, b), [&self.turns[0], &self.turns[1]]);
+        kernels::fourier(Parts(re, im), Parts(a, b), [&self.turns[0], &self.turns[1]]);
     }
 }
 
@@ -197,18 +191,10 @@ fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// Interpolation between a grid and the wave numbers beside it.
-#[derive(Debug, Clone)]
-struct Kernels {
-    first: Arc<[u32]>,
-    re: Arc<[[f64; NEAR]]>,
-    im: Arc<[[f64; NEAR]]>,
-}
-
-impl Kernels {
+impl Near {
     /// On a grid of `size` points from 0 to `pi`; `None` if a wave number is too far from the real axis,
     /// or not between 0 and `pi`.
-    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize, simd: Simd) -> Option<Kernels> {
+    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize) -> Option<Near> {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
@@ -225,16 +211,12 @@ impl Kernels {
                 let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
                 (*re, *im) = (quarter.re, quarter.im);
             }
-            simd.bessel(&mut of_re, &mut of_im);
+            kernels::bessel(&mut of_re, &mut of_im);
             first.push((from + BEYOND as f64) as u32);
             re.push(of_re);
             im.push(of_im);
         }
-        Some(Kernels { first: first.into(), re: re.into(), im: im.into() })
-    }
-
-    fn near(&self) -> Near<'_> {
-        Near { first: &self.first, re: &self.re, im: &self.im }
+        Some(Near { first: first.into(), re: re.into(), im: im.into() })
     }
 }
 
@@ -249,7 +231,7 @@ fn over_psi(reach: f64) -> f64 {
 mod tests {
     use super::Cosines;
     use crate::complex::Complex;
-    use crate::kernels::Simd;
+    use crate::kernels::by_all;
 
     /// Size of velocities, for displacements of size 1.
     const V_SIZE: f64 = 1e-9;
@@ -267,9 +249,8 @@ mod tests {
             };
             let (u, v) = (pattern(3), pattern(17).iter().map(|x| V_SIZE * x).collect::<Vec<_>>());
             let cosine = |j: usize, block: usize| wave(j).scaled(n - block as f64 - 0.5).sin_cos().1;
-            let mut first = None;
-            for simd in Simd::available() {
-                let mut cosines = Cosines::of((0..blocks).map(wave), blocks, simd).unwrap();
+            by_all(|| {
+                let mut cosines = Cosines::of((0..blocks).map(wave), blocks).unwrap();
                 let mut sums = Vec::new();
                 cosines.project(&u, &v, &mut sums);
                 let allowed = 1e-14 * n;
@@ -296,15 +277,14 @@ mod tests {
                         assert!(off < allowed, "{blocks}, {b}: {found} {exact}");
                     }
                 }
-                let found = (sums, new_u, new_v);
-                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{simd:?}");
-            }
+                (sums, new_u, new_v)
+            });
         }
     }
 
     #[test]
     fn wave_numbers_far_from_the_axis_are_refused() {
-        let of = |re: f64, im: f64| Cosines::of(std::iter::once(Complex { re, im }), 100, Simd::Baseline);
+        let of = |re: f64, im: f64| Cosines::of(std::iter::once(Complex { re, im }), 100);
         assert!(of(1.0, 0.0).is_some() && of(3.1, 1e-3).is_some());
         assert!(of(1.0, 0.1).is_none() && of(-0.1, 0.0).is_none() && of(3.2, 0.0).is_none());
         assert!(of(f64::NAN, 0.0).is_none() && of(1.0, f64::NAN).is_none());

@@ -28,7 +28,7 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 use asperity_model::ends::{EndBond, absorbing_kg_per_s};
 
-use crate::kernels::Simd;
+use crate::kernels;
 
 /// Share of thresholds and velocities that bounds keep in reserve for rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
@@ -137,20 +137,14 @@ impl Norms {
     }
 }
 
-/// `I(u, v)` of a residue of a chain with these friction springs.
-pub(crate) fn invariant_of_chain(
-    plan: &Plan,
-    chain: &Chain,
-    simd: Simd,
-    spring: &[f64],
-    [u, v]: [&[f64]; 2],
-) -> f64 {
+/// `I(u, v)` of a residue of a stuck chain.
+pub(crate) fn invariant_of_chain(plan: &Plan, chain: &Chain, [u, v]: [&[f64]; 2]) -> f64 {
     let dt = plan.grid.step_s();
     let driven = plan.drive.springs.iter();
     let drive: f64 = driven
         .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
         .sum();
-    let slider = simd.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
+    let slider = kernels::invariant(&plan.friction.springs_n_per_m, u, v, chain, plan.block_mass_kg, dt);
     let of_bond = |bond: &EndBond| {
         let (u, v) = (bond.stretch(u), bond.stretch(v));
         bond.stiffness_n_per_m * u * (u - dt * v) - 0.5 * dt * bond.damping_kg_per_s * v * v

@@ -2,7 +2,7 @@
 //!
 //! Computing them takes milliseconds, as long as the rest of a short run. The runs of a study mostly
 //! differ in friction, load or start, on which neither depends. So a process caches the most recently
-//! used ones, up to [`MOST_BYTES`]. A cached result is used only for a propagator with the same bits, so
+//! used ones, up to [`MOST_BYTES`]. A cached result is used only for an equal propagator, so
 //! that a run does not depend on the runs before it.
 
 use std::collections::VecDeque;
@@ -12,8 +12,7 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
 use crate::chebyshev::Chebyshev;
-use crate::kernels::Simd;
-use crate::modes::StoredModes;
+use crate::modes::Modes;
 use crate::propagator::Propagator;
 
 /// Bound on the memory of the cache: some 20 chains of 100 blocks, or four of 256.
@@ -27,11 +26,9 @@ pub(crate) struct OperatorCache(Mutex<VecDeque<Arc<Found>>>);
 #[derive(Debug)]
 struct Found {
     map: Propagator,
-    bits: Vec<u64>,
-    simd: Simd,
     basis: OnceLock<Arc<Chebyshev>>,
     /// `None` where the modes do not span the states.
-    modes: OnceLock<Option<Arc<StoredModes>>>,
+    modes: OnceLock<Option<Arc<Modes>>>,
 }
 
 impl Found {
@@ -42,6 +39,12 @@ impl Found {
 }
 
 impl OperatorCache {
+    /// Without any results, for a test that wants them anew.
+    #[cfg(test)]
+    pub(crate) fn forget_all(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     /// The cache of this process.
     pub(crate) const HERE: &'static OperatorCache = {
         static HERE: OperatorCache = OperatorCache::nothing();
@@ -53,30 +56,29 @@ impl OperatorCache {
     }
 
     /// The polynomials of windows.
-    pub(crate) fn basis(&self, plan: &Plan, chain: &Chain, simd: Simd) -> Arc<Chebyshev> {
-        let found = self.of(Propagator::of(plan, chain), simd);
-        let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Chebyshev::of(&found.map, simd))));
+    pub(crate) fn basis(&self, plan: &Plan, chain: &Chain) -> Arc<Chebyshev> {
+        let found = self.of(Propagator::of(plan, chain));
+        let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Chebyshev::of(&found.map))));
         self.forget_oldest();
         basis
     }
 
     /// The modes of the stuck chain, if they span its states well enough.
-    pub(crate) fn modes(&self, plan: &Plan, chain: &Chain, simd: Simd) -> Option<Arc<StoredModes>> {
-        let found = self.of(Propagator::of(plan, chain), simd);
-        let modes = found.modes.get_or_init(|| StoredModes::of(&found.map, simd)).clone();
+    pub(crate) fn modes(&self, plan: &Plan, chain: &Chain) -> Option<Arc<Modes>> {
+        let found = self.of(Propagator::of(plan, chain));
+        let modes = found.modes.get_or_init(|| Modes::of(&found.map)).clone();
         self.forget_oldest();
         modes
     }
 
     /// The entry of a propagator. Results are computed without holding the lock, so that other
     /// propagators need not wait; a second user of the same one waits for the first.
-    fn of(&self, map: Propagator, simd: Simd) -> Arc<Found> {
-        let bits = map.bits();
+    fn of(&self, map: Propagator) -> Arc<Found> {
         let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = cache.iter().position(|found| found.bits == bits && found.simd == simd);
+        let known = cache.iter().position(|found| found.map == map);
         let found = match known.and_then(|index| cache.remove(index)) {
             Some(found) => found,
-            None => Arc::new(Found { map, bits, simd, basis: OnceLock::new(), modes: OnceLock::new() }),
+            None => Arc::new(Found { map, basis: OnceLock::new(), modes: OnceLock::new() }),
         };
         cache.push_front(Arc::clone(&found));
         found
@@ -102,8 +104,7 @@ mod tests {
     use super::{MOST_BYTES, OperatorCache};
     use crate::chebyshev::Chebyshev;
     use crate::fast::{ChainLeaps, Fast};
-    use crate::kernels::Simd;
-    use crate::modes::StoredModes;
+    use crate::modes::Modes;
     use crate::propagator::Propagator;
     use crate::solver::Solver;
 
@@ -116,14 +117,12 @@ mod tests {
         Plan::new(&Scenario::resolve(&source).unwrap())
     }
 
-    const SIMD: Simd = Simd::Baseline;
-
     fn basis(cache: &OperatorCache, plan: &Plan) -> Arc<Chebyshev> {
-        cache.basis(plan, plan.elastic.as_chain().unwrap(), SIMD)
+        cache.basis(plan, plan.elastic.as_chain().unwrap())
     }
 
-    fn modes(cache: &OperatorCache, plan: &Plan) -> Option<Arc<StoredModes>> {
-        cache.modes(plan, plan.elastic.as_chain().unwrap(), SIMD)
+    fn modes(cache: &OperatorCache, plan: &Plan) -> Option<Arc<Modes>> {
+        cache.modes(plan, plan.elastic.as_chain().unwrap())
     }
 
     #[test]
@@ -156,8 +155,7 @@ mod tests {
             let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
             // Cached results equal fresh ones to the bit, except for the sign of zero.
-            let alone =
-                StoredModes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap()), SIMD).unwrap();
+            let alone = Modes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap())).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
         let again = modes(&cache, &plan(&[])).unwrap();
@@ -168,9 +166,6 @@ mod tests {
     fn a_map_that_differs_in_one_bit_of_anything_is_another() {
         let plan = plan(&[]);
         let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
-        let bits = map.bits();
-        // The number of nodes, what detaches contacts, the scalars, and two springs for each of 10 blocks.
-        assert_eq!(bits.len(), 2 + 7 + 2 * 10);
         let up = |number: &mut f64| *number = number.next_up();
         let changes: [&dyn Fn(&mut Propagator); 9] = [
             &|map| up(&mut map.step_s),
@@ -186,7 +181,7 @@ mod tests {
         for change in changes {
             let mut other = map.clone();
             change(&mut other);
-            assert_ne!(other.bits(), bits, "{other:?}");
+            assert_ne!(other, map);
         }
     }
 
@@ -212,7 +207,7 @@ mod tests {
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
             let mut solver =
-                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.as_chain().unwrap(), SIMD);
+                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.as_chain().unwrap());
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

@@ -3,13 +3,11 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 
-use crate::bodies::{WithBody, with_body};
-use crate::body::OfPlan;
+use crate::body::{ChainBody, LatticeBody, OfPlan};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
-use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::single_step::{Driving, SingleSteps};
@@ -70,15 +68,16 @@ impl Plain {
     /// Without type parameters: a function with them is compiled, loops and all, in the crate that calls it,
     /// which may not be optimised.
     fn at_start(plan: Arc<Plan>) -> Plain {
-        struct Start<'a>(&'a Arc<Plan>);
-        impl WithBody for Start<'_> {
-            type Output = Box<dyn AnyStepper>;
-            fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
-                let plan = Arc::clone(self.0);
-                Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
-            }
+        fn of<B: OfPlan>(plan: &Arc<Plan>, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
+            Box::new(Stepper::<B>::new(Arc::clone(plan), elastic, Bookkeeping::EveryStep))
         }
-        let mut stepper = with_body(&plan, Start(&plan));
+        let mut stepper = match &plan.elastic {
+            Elastic::Chain(chain) => of::<ChainBody>(&plan, chain),
+            Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => {
+                of::<LatticeBody<2>>(&plan, lattice)
+            }
+            Elastic::Lattice(lattice) => of::<LatticeBody>(&plan, lattice),
+        };
         Plain { recorder: Recorder::at_start(&plan, &mut *stepper), stepper, plan }
     }
 

@@ -55,38 +55,4 @@ impl Propagator {
     pub(crate) fn blocks(&self) -> usize {
         self.drive_n_per_m.len()
     }
-
-    /// All numbers, as bits.
-    pub(crate) fn bits(&self) -> Vec<u64> {
-        let Propagator {
-            step_s,
-            block_mass_kg,
-            chain,
-            radiation_kg_per_s,
-            springs_n_per_m,
-            stiffest_spring_n_per_m,
-            drive_n_per_m,
-            stiffest_drive_n_per_m,
-            end_bonds,
-            detaches_by_spring,
-        } = self;
-        let Chain { nodes, stiffness_n_per_m, damping_kg_per_s } = chain;
-        let numbers = [
-            step_s,
-            block_mass_kg,
-            stiffness_n_per_m,
-            damping_kg_per_s,
-            radiation_kg_per_s,
-            stiffest_spring_n_per_m,
-            stiffest_drive_n_per_m,
-        ];
-        let numbers = numbers.into_iter().chain(springs_n_per_m).chain(drive_n_per_m);
-        let numbers = numbers.map(|number| number.to_bits());
-        let ends = end_bonds.iter().flat_map(|bond| {
-            let other = bond.other.map_or(u64::MAX, |other| other as u64);
-            [bond.block as u64, other, bond.stiffness_n_per_m.to_bits(), bond.damping_kg_per_s.to_bits()]
-        });
-        let whole = [*nodes as u64, u64::from(*detaches_by_spring)];
-        whole.into_iter().chain(numbers).chain(ends).collect()
-    }
 }

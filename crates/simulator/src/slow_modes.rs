@@ -12,7 +12,6 @@ mod mirror;
 mod precomputed;
 mod stuck;
 
-pub(crate) use arnoldi::sizes;
 pub(crate) use mirror::mirrors_itself;
 pub(crate) use precomputed::{ClassModes, Precomputed, pressed};
 pub(crate) use stuck::{Sizes, StuckLattice};

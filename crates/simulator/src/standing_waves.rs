@@ -32,7 +32,6 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
 use crate::complex::Complex;
-use crate::kernels::Simd;
 use crate::modes::{Coordinates, Powers};
 use crate::nonuniform_cosines::Cosines;
 
@@ -54,7 +53,7 @@ pub(crate) struct StandingWaves {
     dt: f64,
     cosines: Cosines,
     waves: Arc<[Wave]>,
-    powers: Powers,
+    pub(crate) powers: Powers,
     /// Velocities in displacement per step, and the projection of a state onto each wave.
     scratch: Vec<f64>,
     sums: Vec<[f64; 4]>,
@@ -146,7 +145,7 @@ impl Constants {
 
 impl StandingWaves {
     /// The waves of a plan's stuck chain with free ends; `None` if not all are found, or one grows.
-    pub(crate) fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<StandingWaves> {
+    pub(crate) fn of(plan: &Plan, chain: &Chain) -> Option<StandingWaves> {
         if !plan.end_bonds.is_empty() {
             return None;
         }
@@ -174,7 +173,7 @@ impl StandingWaves {
         if !powers.none_grows() {
             return None;
         }
-        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, simd)?;
+        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks)?;
         let (by_spring, kt) =
             (plan.friction.law.detaches_by_spring(), plan.friction.interfacial_stiffness_n_per_m);
         let wave = |&(q, z, times): &(Complex, Complex, f64)| {
@@ -229,17 +228,16 @@ impl StandingWaves {
                 if n < self.blocks { number } else { rate * number }
             })
             .collect();
-        let mut coordinates = Coordinates::default();
         let mut again = vec![0.0; 2 * self.blocks];
-        self.project(&state, &mut coordinates);
-        self.compose(&coordinates, &mut again);
+        let coordinates = self.project(&state);
+        self.compose(&coordinates, f64::NEG_INFINITY, &mut again);
         let defect = DEFECT_PER_BLOCK * self.blocks as f64;
         let units = (0..2 * self.blocks).map(|n| if n < self.blocks { 1.0 } else { rate });
         state.iter().zip(&again).zip(units).all(|((a, b), unit)| (a - b).abs() <= defect * unit)
     }
 
     /// Projects a state; displacements first, then velocities.
-    pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
+    pub(crate) fn project(&mut self, state: &[f64]) -> Coordinates {
         let StandingWaves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
         let (u, velocity) = state.split_at(*blocks);
         for (v, velocity) in scratch.iter_mut().zip(velocity) {
@@ -247,21 +245,20 @@ impl StandingWaves {
         }
         cosines.project(u, scratch, sums);
         let (first_u, first_v) = (u[0], scratch[0]);
-        coordinates.re.clear();
-        coordinates.im.clear();
-        for (wave, &[u_re, u_im, v_re, v_im]) in waves.iter().zip(&*sums) {
-            let (u, v) = (Complex { re: u_re, im: u_im }, Complex { re: v_re, im: v_im });
-            let z = u * wave.of_u
-                + v * wave.of_v
-                + wave.of_first_u.scaled(first_u)
-                + wave.of_first_v.scaled(first_v);
-            coordinates.re.push(z.re);
-            coordinates.im.push(z.im);
-        }
+        let waves = waves.iter().zip(&*sums);
+        waves
+            .map(|(wave, &[u_re, u_im, v_re, v_im])| {
+                let (u, v) = (Complex { re: u_re, im: u_im }, Complex { re: v_re, im: v_im });
+                u * wave.of_u
+                    + v * wave.of_v
+                    + wave.of_first_u.scaled(first_u)
+                    + wave.of_first_v.scaled(first_v)
+            })
+            .collect()
     }
 
     /// The state with these coordinates, without waves of at most the size `least`.
-    pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
+    pub(crate) fn compose(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
         let StandingWaves { blocks, dt, cosines, waves, sums, .. } = self;
         // Contributions of each wave to displacements and velocities.
         for ((wave, sums), (&re, &im)) in
@@ -276,21 +273,15 @@ impl StandingWaves {
         cosines.compose(sums, u, v);
     }
 
-    /// The whole state with these coordinates.
-    pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64]) {
-        self.compose_above(coordinates, f64::NEG_INFINITY, state);
-    }
-
-    /// How large the force on each block may become from these coordinates on.
-    pub(crate) fn bound(&self, coordinates: &Coordinates, swing: &mut [f64]) {
+    /// How large the force on the first block and on each other one may become from these coordinates on.
+    pub(crate) fn bound(&self, coordinates: &Coordinates) -> [f64; 2] {
         let (mut of_first, mut of_others) = (0.0, 0.0);
-        for (wave, (&re, &im)) in self.waves.iter().zip(coordinates.re.iter().zip(&coordinates.im)) {
-            let size = Complex { re, im }.size();
+        for (m, wave) in self.waves.iter().enumerate() {
+            let size = coordinates.at(m).size();
             of_first += size * wave.first_force_n;
             of_others += size * wave.force_n;
         }
-        swing.fill(of_others);
-        swing[0] = of_first;
+        [of_first, of_others]
     }
 
     /// Finds after how many steps, some thousand at most, the waves are calm: when `is_calm` accepts a
@@ -301,8 +292,7 @@ impl StandingWaves {
         coordinates: &Coordinates,
         mut is_calm: impl FnMut([f64; 2]) -> bool,
     ) -> (u64, u64) {
-        let sizes = coordinates.re.iter().zip(&coordinates.im).map(|(&re, &im)| Complex { re, im }.size());
-        let mut sizes: Vec<f64> = sizes.collect();
+        let mut sizes: Vec<f64> = (0..self.waves.len()).map(|m| coordinates.at(m).size()).collect();
         let mut shrinks: Vec<f64> = self.waves.iter().map(|wave| wave.shrinks).collect();
         let (mut steps, mut stride) = (0, CALMING_STEPS);
         for asked in 1.. {
@@ -322,11 +312,6 @@ impl StandingWaves {
             }
         }
         unreachable!("the steps grow up to the most of them")
-    }
-
-    /// `(1 + z)^steps - 1` of every mode.
-    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        self.powers.growth(steps)
     }
 }
 
@@ -355,8 +340,7 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::StandingWaves;
-    use crate::kernels::Simd;
-    use crate::modes::{Coordinates, Modes, StoredModes};
+    use crate::modes::Modes;
     use crate::propagator::Propagator;
 
     #[test]
@@ -372,18 +356,15 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline)
+            let mut waves = StandingWaves::of(&plan, plan.elastic.as_chain().unwrap())
                 .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
-            let stored =
-                StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline);
-            let mut modes = Modes::new(stored.expect("the chain has modes"));
+            let modes = Modes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()));
+            let modes = modes.expect("the chain has modes");
             // All waves contribute to the displacement of block 7 and the velocity of the last block.
             let mut state = vec![0.0; 2 * blocks];
             state[6 % blocks] = 1e-9;
             state[2 * blocks - 1] = 1e-4;
-            let (mut by_waves, mut by_modes) = (Coordinates::default(), Coordinates::default());
-            waves.project(&state, &mut by_waves);
-            modes.project(&state, &mut by_modes);
+            let (mut by_waves, mut by_modes) = (waves.project(&state), modes.project(&state));
             let close = |a: &[f64], b: &[f64], what: &str| {
                 for part in [0..blocks.min(a.len()), blocks.min(a.len())..a.len()] {
                     let largest = b[part.clone()].iter().fold(0.0, |most: f64, b| most.max(b.abs()));
@@ -393,19 +374,21 @@ mod tests {
                 }
             };
             let (mut first, mut second) = (vec![0.0; 2 * blocks], vec![0.0; 2 * blocks]);
-            let (mut swing, mut bound) = (vec![0.0; blocks], vec![0.0; blocks]);
-            waves.compose(&by_waves, &mut first);
+            let mut bound = vec![0.0; blocks];
+            let all = f64::NEG_INFINITY;
+            waves.compose(&by_waves, all, &mut first);
             close(&first, &state, "put together again");
-            waves.bound(&by_waves, &mut swing);
+            let [of_first, of_others] = waves.bound(&by_waves);
             modes.bound(&by_modes, &mut bound);
-            for (swing, bound) in swing.iter().zip(&bound) {
+            for (n, bound) in bound.iter().enumerate() {
+                let swing = if n == 0 { &of_first } else { &of_others };
                 // The bound treats every wave as if it had a crest at every block.
                 assert!(*swing >= 0.999 * bound && *swing <= 6.0 * bound, "{set:?}: {swing} {bound}");
             }
-            by_waves.grow_by(&waves.growth(12_345));
-            by_modes.grow_by(&modes.growth(12_345));
-            waves.compose(&by_waves, &mut first);
-            modes.compose(&by_modes, &mut second);
+            by_waves.grow_by(&waves.powers.growth(12_345));
+            by_modes.grow_by(&modes.powers.growth(12_345));
+            waves.compose(&by_waves, all, &mut first);
+            modes.compose(&by_modes, all, &mut second);
             close(&first, &second, "12345 steps on");
         }
     }
@@ -416,10 +399,9 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline).is_none());
+        assert!(StandingWaves::of(&plan, plan.elastic.as_chain().unwrap()).is_none());
         assert!(
-            StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline)
-                .is_some(),
+            Modes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap())).is_some(),
             "unlike stored modes"
         );
     }

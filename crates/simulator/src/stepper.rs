@@ -29,7 +29,6 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
-use crate::kernels::Simd;
 use crate::single_step::{Driving, SingleSteps};
 use crate::state::SliderState;
 use crate::strength::{self, Load, StopForce};
@@ -52,9 +51,9 @@ pub(crate) struct Stepper<B> {
 
 impl<B: OfPlan> Stepper<B> {
     /// The slider at the start of a plan, with kernels for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, elastic: &B::Elastic, simd: Simd, keeping: Bookkeeping) -> Stepper<B> {
+    pub(crate) fn new(plan: Arc<Plan>, elastic: &B::Elastic, keeping: Bookkeeping) -> Stepper<B> {
         let mut state = SliderState::initial(&plan);
-        let mut body = B::of_plan(&plan, elastic, &state, simd, keeping);
+        let mut body = B::of_plan(&plan, elastic, &state, keeping);
         if plan.initial.carried.is_some() {
             body.begin_in(&plan, &mut state);
         }

@@ -11,11 +11,10 @@ mod rows;
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::chebyshev::{Length, MOST_TERMS};
+use crate::chebyshev::Length;
 use crate::cost::GRID_STEPS;
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
-use crate::kernels::Simd;
 use crate::state::SliderState;
 use crate::window::certificate::Certificate;
 use crate::window::expansion::Expansion;
@@ -36,8 +35,8 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Window {
-        let expansion = Expansion::new(plan, chain, simd);
+    pub(crate) fn new(plan: &Plan, chain: &Chain) -> Window {
+        let expansion = Expansion::new(plan, chain);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
@@ -134,63 +133,15 @@ impl Window {
         self.refused_by(self.foreseen_steps - self.steps(index) as f64).is_some()
     }
 
-    /// Writes displacements and velocities at the end of the window into `state`.
-    pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut SliderState) {
-        let Expansion { basis, terms, .. } = &self.expansion;
-        let length = &basis.lengths[index];
-        self.expansion.compose(plan, length.steps, &length.double_sum[..*terms], state);
-        state.step += length.steps;
-        state.sliding = state.detached;
-    }
-
-    /// Writes the state after a number of steps on the grid of [`GRID_STEPS`], as many as fit into
-    /// `steps`.
-    pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
-        let steps = steps / GRID_STEPS * GRID_STEPS;
-        let Expansion { basis, terms, .. } = &self.expansion;
-        self.expansion.compose(plan, steps, &basis.double_sum(steps)[..*terms], state);
-        state.step += steps;
-    }
-}
-
-impl Window {
-    /// Adds the energies of the steps up to the end of the window, after [`Window::land`].
-    pub(crate) fn account(
-        &mut self,
-        plan: &Plan,
-        index: usize,
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
-        let length = &self.expansion.basis.lengths[index];
-        let (steps, coefficients) = (length.steps, length.triple_sum);
-        self.add_up(plan, steps, &coefficients, state, accounts);
-    }
-
-    /// Adds the energies of the steps up to a sample.
-    pub(crate) fn account_sample(
-        &mut self,
-        plan: &Plan,
-        steps: u64,
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
-        let steps = steps / GRID_STEPS * GRID_STEPS;
-        let coefficients = *self.expansion.basis.triple_sum(steps);
-        self.add_up(plan, steps, &coefficients, state, accounts);
-    }
-
-    fn add_up(
-        &mut self,
-        plan: &Plan,
-        steps: u64,
-        coefficients: &[f64; MOST_TERMS],
-        state: &mut SliderState,
-        accounts: &Accounts,
-    ) {
+    /// Goes on by a number of steps on the grid of [`GRID_STEPS`], as many as fit into `steps`, and adds their energies.
+    pub(crate) fn advance(&mut self, plan: &Plan, steps: u64, state: &mut SliderState, accounts: &Accounts) {
         let Window { expansion, ways_m, .. } = self;
-        let coefficients = &coefficients[..expansion.terms];
-        let from_step = state.step - steps;
+        let steps = steps / GRID_STEPS * GRID_STEPS;
+        expansion.compose(plan, steps, state);
+        let from_step = state.step;
+        state.step += steps;
+        state.sliding = state.detached;
+        let coefficients = &expansion.basis.triple_sum(steps)[..expansion.terms];
         let start_m = &expansion.first_u.row(0)[..plan.blocks];
         let first_m = |n: usize| start_m[n];
         if !accounts.fades() && plan.drive.springs.len() <= FEW_SPRINGS {
@@ -221,9 +172,10 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Window;
-    use crate::kernels::Simd;
+    use crate::kernels;
     use crate::plain::Plain;
     use crate::solver::Solver;
+    use crate::state::SliderState;
 
     /// A chain without switches for a long time: thresholds out of reach, some blocks slide fast, the
     /// others stick.
@@ -250,11 +202,16 @@ mod tests {
         (plan, plain)
     }
 
+    fn land(window: &Window, plan: &Plan, index: usize, state: &mut SliderState) {
+        window.expansion.compose(plan, window.steps(index), state);
+        state.step += window.steps(index);
+    }
+
     #[test]
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -268,7 +225,7 @@ mod tests {
                     [window.expansion.terms - 1, window.expansion.terms]
                         .iter()
                         .zip(factors)
-                        .map(|(&j, factor)| factor * window.expansion.simd.largest(window.expansion.v.row(j)))
+                        .map(|(&j, factor)| factor * kernels::largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
                 let mut plain = start.clone();
@@ -281,7 +238,7 @@ mod tests {
                     }
                     compared += 1;
                     let mut landed = state.clone();
-                    window.land(&plan, index, &mut landed);
+                    land(&window, &plan, index, &mut landed);
                     let exact = plain.state();
                     assert_eq!(landed.step, exact.step);
                     // In displacement per step, as `left_out`.
@@ -302,7 +259,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();
@@ -331,7 +288,7 @@ mod tests {
                         plain.take_step();
                         assert!(plain.switched().is_empty());
                     }
-                    window.land(&plan, index, &mut state);
+                    land(&window, &plan, index, &mut state);
                     let exact = plain.state();
                     for n in 0..plan.blocks {
                         let off_m = (state.displacement_m[n] - exact.displacement_m[n]).abs();

@@ -13,7 +13,7 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::{Accounts, Bookkeeping};
 use crate::junctions::{JunctionLoops, Loaded};
-use crate::kernels::{After, Blocks, Moved, Simd, Steps};
+use crate::kernels::{self, After, Blocks, Moved, Steps};
 use crate::law::{ChainLoops, loops};
 use crate::state::SliderState;
 use crate::strength::{Load, Strength};
@@ -22,7 +22,6 @@ use crate::strength::{Load, Strength};
 #[derive(Debug, Clone)]
 pub(crate) struct ChainBody {
     chain: Chain,
-    simd: Simd,
     law: Arc<dyn ChainLoops>,
     junctions: Option<FreeChain>,
     /// Displacements, velocities and tangential forces before the step.
@@ -71,24 +70,18 @@ impl ChainBody {
         } else {
             0.0
         };
-        self.simd.crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
+        kernels::crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
     }
 }
 
 impl OfPlan for ChainBody {
     type Elastic = Chain;
 
-    fn of_plan(
-        plan: &Plan,
-        &chain: &Chain,
-        state: &SliderState,
-        simd: Simd,
-        keeping: Bookkeeping,
-    ) -> ChainBody {
+    fn of_plan(plan: &Plan, &chain: &Chain, state: &SliderState, keeping: Bookkeeping) -> ChainBody {
         let zeros = || vec![0.0; chain.nodes];
         ChainBody {
             law: loops(plan.friction.law),
-            junctions: JunctionLoops::of(plan, simd)
+            junctions: JunctionLoops::of(plan)
                 .map(|contacts| FreeChain { contacts, free: vec![1.0; chain.nodes] }),
             former_displacement_m: zeros(),
             former_velocity_m_per_s: zeros(),
@@ -104,9 +97,8 @@ impl OfPlan for ChainBody {
                 || plan.friction.law.holds()
                 || plan.friction.law.junctions().is_some(),
             strength: Strength::new(plan),
-            accounts: Accounts::new(plan, chain, state, simd, keeping),
+            accounts: Accounts::new(plan, chain, state, keeping),
             adds_alone: true,
-            simd,
             chain,
         }
     }
@@ -196,7 +188,7 @@ impl Body for ChainBody {
             kt: &plan.friction.springs_n_per_m,
         };
         let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
-        let may_switch = self.law.step(self.simd, new, &mut state.tangential_force_n, &old);
+        let may_switch = self.law.step(new, &mut state.tangential_force_n, &old);
         // The arrays just written become the new state; the old one is kept for the energies.
         std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
         std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
@@ -234,7 +226,7 @@ impl Body for ChainBody {
             threshold: &self.strength.threshold_n,
             memory: &state.memory,
         };
-        self.law.switching(self.simd, marks, &after);
+        self.law.switching(marks, &after);
     }
 
     fn detaching_force_n(&self, _: &Plan, state: &SliderState, n: usize) -> f64 {
@@ -278,7 +270,7 @@ impl Body for ChainBody {
                 state.energy.load_work_j.add(dt * work_w);
             }
         }
-        let mut work = self.law.step_work(self.simd, &moved);
+        let mut work = self.law.step_work(&moved);
         if let Some(junctions) = &self.junctions {
             let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
             state.energy.friction_heat_j.add(heat_j);

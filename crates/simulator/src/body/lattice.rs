@@ -26,7 +26,7 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
 use crate::junctions::{JunctionLoops, Loaded};
-use crate::kernels::{After, Forces, MovedContacts, MovedWork, Rubbed, Simd};
+use crate::kernels::{self, After, Forces, MovedContacts, MovedWork, Rubbed};
 use crate::lattice_energy::stored_j;
 use crate::law::{ContactLoops, loops, loops_over_area};
 use crate::state::SliderState;
@@ -36,7 +36,6 @@ use crate::strength::{Load, Strength};
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeBody<const D: usize = 1> {
     lattice: Lattice,
-    simd: Simd,
     law: Arc<dyn ContactLoops<D>>,
     junctions: Option<JunctionLoops>,
     /// Pull of the springs and of the dashpots between nodes, and forces from outside, on all
@@ -61,28 +60,23 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
 impl OfPlan for LatticeBody {
     type Elastic = Lattice;
 
-    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> LatticeBody {
-        let junctions = JunctionLoops::of(plan, simd);
-        LatticeBody { junctions, ..LatticeBody::new(plan, *lattice, simd, loops(plan.friction.law)) }
+    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, _: Bookkeeping) -> LatticeBody {
+        let junctions = JunctionLoops::of(plan);
+        LatticeBody { junctions, ..LatticeBody::new(plan, *lattice, loops(plan.friction.law)) }
     }
 }
 
 impl OfPlan for LatticeBody<2> {
     type Elastic = Lattice;
 
-    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> Self {
-        LatticeBody::new(plan, *lattice, simd, loops_over_area(plan.friction.law))
+    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, _: Bookkeeping) -> Self {
+        LatticeBody::new(plan, *lattice, loops_over_area(plan.friction.law))
     }
 }
 
 impl<const D: usize> LatticeBody<D> {
     /// A lattice at rest, with this law at its contacts.
-    pub(crate) fn new(
-        plan: &Plan,
-        lattice: Lattice,
-        simd: Simd,
-        law: Arc<dyn ContactLoops<D>>,
-    ) -> LatticeBody<D> {
+    pub(crate) fn new(plan: &Plan, lattice: Lattice, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
         let (contacts, zeros) = (lattice.contacts(), || vec![0.0; lattice.freedoms()]);
         let of_axes = || vec![0.0; lattice.axes() * contacts];
         LatticeBody {
@@ -96,7 +90,6 @@ impl<const D: usize> LatticeBody<D> {
             work: MovedWork::default(),
             initial_j: 0.0,
             lattice,
-            simd,
             law,
             junctions: None,
         }
@@ -163,8 +156,8 @@ impl<const D: usize> Body for LatticeBody<D> {
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        let LatticeBody { lattice, simd, springs_n, dashpots_n, outer_n, .. } = self;
-        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        let LatticeBody { lattice, springs_n, dashpots_n, outer_n, .. } = self;
+        kernels::lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let first = if plan.friction.law.holds() { 0 } else { D };
         for axis in first..lattice.axes() {
             let former = axis * contacts..(axis + 1) * contacts;
@@ -183,12 +176,12 @@ impl<const D: usize> Body for LatticeBody<D> {
             let of_nodes = axis * nodes..axis * nodes + contacts;
             let [springs_n, dashpots_n, outer_n] =
                 [&springs_n, &dashpots_n, &outer_n].map(|force_n| &force_n[of_nodes.clone()]);
-            simd.tangential_force(tau_n, springs_n, dashpots_n, outer_n);
+            kernels::tangential_force(tau_n, springs_n, dashpots_n, outer_n);
         }
         if let Some(upward) = upward {
             self.bear(plan, state, upward);
         }
-        let LatticeBody { simd, outer_n, .. } = self;
+        let LatticeBody { outer_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
@@ -217,12 +210,12 @@ impl<const D: usize> Body for LatticeBody<D> {
                     outer: array::from_fn(|_| outer_n.next().expect("one for each axis")),
                     friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
                 };
-                self.law.rub(*simd, contacts)
+                self.law.rub(contacts)
             }
         };
-        let LatticeBody { simd, springs_n, dashpots_n, outer_n, .. } = self;
+        let LatticeBody { springs_n, dashpots_n, outer_n, .. } = self;
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
-        self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
+        self.work = kernels::lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
             let loaded = Loaded::new(
                 state.step,
@@ -248,7 +241,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             threshold: &self.strength.threshold_n,
             memory: &state.memory,
         };
-        self.law.switching(self.simd, marks, &after);
+        self.law.switching(marks, &after);
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
@@ -280,7 +273,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let mut heat_j = 0.0;
         // Over an area contacts may be many, and are summed by a kernel.
         if D > 1 {
-            let [square, power_w] = self.simd.rubbed_work::<D>(&MovedContacts {
+            let [square, power_w] = kernels::rubbed_work::<D>(&MovedContacts {
                 v: along(v, nodes, contacts),
                 friction: along(&self.friction_n, contacts, contacts),
                 slip: &state.slip,
@@ -326,8 +319,8 @@ impl<const D: usize> Body for LatticeBody<D> {
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
         let (ledger, u, v) = (&state.energy, &state.displacement_m, &state.velocity_m_per_s);
-        let LatticeBody { lattice, simd, springs_n, dashpots_n, .. } = self;
-        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        let LatticeBody { lattice, springs_n, dashpots_n, .. } = self;
+        kernels::lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
         let (kinetic_j, elastic_j) = stored_j(plan, lattice, state);
         Energy {
@@ -367,7 +360,6 @@ mod tests {
     use super::LatticeBody;
     use crate::body::ChainBody;
     use crate::energy::Bookkeeping;
-    use crate::kernels::Simd;
     use crate::law::loops_over_area;
     use crate::state::SliderState;
     use crate::stepper::Stepper;
@@ -421,7 +413,7 @@ mod tests {
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);
         state.tangential_force_n.resize(2 * contacts, 0.0);
-        let body = LatticeBody::new(&plan, lattice, Simd::detect(), loops_over_area(plan.friction.law));
+        let body = LatticeBody::new(&plan, lattice, loops_over_area(plan.friction.law));
         (Arc::clone(&plan), Stepper::of(plan, state, body))
     }
 
@@ -468,8 +460,7 @@ mod tests {
         let sets = ["slider.blocks=40", "time.step_s=4e-7", "drive.velocity_m_per_s=2e-3"];
         let plan = Arc::new(Plan::new(&resolve("default", &sets).unwrap()));
         let chain = *plan.elastic.as_chain().expect("a chain");
-        let simd = Simd::detect();
-        let mut of_chain = Stepper::<ChainBody>::new(Arc::clone(&plan), &chain, simd, Bookkeeping::EveryStep);
+        let mut of_chain = Stepper::<ChainBody>::new(Arc::clone(&plan), &chain, Bookkeeping::EveryStep);
         let mut sheet = Plan::clone(&plan);
         let lattice = Lattice {
             stiffness_n_per_m: chain.stiffness_n_per_m,
@@ -485,7 +476,7 @@ mod tests {
             values.resize(80, 0.0);
         }
         let sheet = Arc::new(sheet);
-        let mut of_sheet = Stepper::<LatticeBody<2>>::new(sheet, &lattice, simd, Bookkeeping::EveryStep);
+        let mut of_sheet = Stepper::<LatticeBody<2>>::new(sheet, &lattice, Bookkeeping::EveryStep);
         let (mut switches, mut largest_n) = (0, 0.0_f64);
         for _ in 0..400_000 {
             let (chain_n, sheet_n) =

@@ -10,7 +10,6 @@ use crate::body::{Body, ChainBody};
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::fast::{Leaps, Open};
 use crate::jump::chain::Jump;
-use crate::kernels::Simd;
 use crate::rest::{rest, rest_steps};
 use crate::stepper::Stepper;
 use crate::strength::age;
@@ -74,6 +73,28 @@ impl ChainLeaps {
         leap
     }
 
+    /// Goes to the end of a leap, or to a sample inside it, and adds the energies of the steps.
+    fn advance(&mut self, leap: Leap, sampled: Option<u64>, plan: &Plan, stepper: &mut Stepper<ChainBody>) {
+        let steps = sampled.unwrap_or(self.steps(leap));
+        let (body, state) = stepper.body_mut();
+        let accounts = body.accounts_mut();
+        match leap {
+            Leap::Window(_) => self.window.advance(plan, steps, state, accounts),
+            Leap::Jump { .. } => {
+                let jump = opened(&mut self.jump);
+                match sampled {
+                    Some(into) => jump.sample(into, state),
+                    None => jump.land(steps, state),
+                }
+                jump.account(plan, state, accounts);
+            }
+            Leap::Rest { .. } => rest(plan, steps, state, accounts),
+        }
+        if accounts.by_steps() {
+            accounts.end(plan, state);
+        }
+    }
+
     fn pay_for_spans(&mut self, solver: &mut Open<'_, ChainBody>) {
         let cost_steps = self.take_cost_steps(solver.stepper);
         if cost_steps > 0 {
@@ -91,10 +112,10 @@ impl Leaps for ChainLeaps {
     type Body = ChainBody;
     type Leap = Leap;
 
-    fn of(plan: &Plan, chain: &Chain, simd: Simd) -> ChainLeaps {
+    fn of(plan: &Plan, chain: &Chain) -> ChainLeaps {
         ChainLeaps {
-            window: Window::new(plan, chain, simd),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, chain, simd) } else { None },
+            window: Window::new(plan, chain),
+            jump: if Jump::may_pay(plan) { Jump::new(plan, chain) } else { None },
             costs: Costs::of(plan),
         }
     }
@@ -157,27 +178,13 @@ impl Leaps for ChainLeaps {
             Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
             Leap::Rest { .. } => cost::REST_STEPS,
         });
-        let (body, state) = stepper.body_mut();
-        let accounts = body.accounts_mut();
-        match leap {
-            Leap::Window(index) => {
-                self.window.land(plan, index, state);
-                self.window.account(plan, index, state, accounts);
-                if self.window.ends_near_switch(index) {
-                    // This one, and one to foresee from.
-                    pace.take_singly(2);
-                }
-            }
-            Leap::Jump { steps } => {
-                let jump = opened(&mut self.jump);
-                jump.land(steps, state);
-                jump.account(plan, state, accounts);
-            }
-            Leap::Rest { steps } => rest(plan, steps, state, accounts),
+        if let Leap::Window(index) = leap
+            && self.window.ends_near_switch(index)
+        {
+            // This one, and one to foresee from.
+            pace.take_singly(2);
         }
-        if accounts.by_steps() {
-            accounts.end(plan, state);
-        }
+        self.advance(leap, None, plan, stepper);
     }
 
     fn steps_of_sample(&self, leap: Leap) -> u64 {
@@ -191,22 +198,7 @@ impl Leaps for ChainLeaps {
     fn sample(&mut self, leap: Leap, into: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) {
         let (body, state) = aside.body_mut();
         body.follow(plan, state);
-        let accounts = body.accounts_mut();
-        match leap {
-            Leap::Window(_) => {
-                self.window.sample(plan, into, state);
-                self.window.account_sample(plan, into, state, accounts);
-            }
-            Leap::Jump { .. } => {
-                let jump = opened(&mut self.jump);
-                jump.sample(into, state);
-                jump.account(plan, state, accounts);
-            }
-            Leap::Rest { .. } => rest(plan, into, state, accounts),
-        }
-        if accounts.by_steps() {
-            accounts.end(plan, state);
-        }
+        self.advance(leap, Some(into), plan, aside);
     }
 
     /// Adds steps one by one where they are too few to pay for the ends of a span.

@@ -12,11 +12,11 @@ use asperity_record::Energy;
 use crate::body::{LatticeBody, OfPlan};
 use crate::cost;
 use crate::fast::{Leaps, Open};
-use crate::jump::lattice::{Attempt, Jump};
-use crate::kernels::Simd;
+use crate::jump::lattice::Jump;
 use crate::slow_modes::{Precomputed, Sizes, StuckLattice};
 use crate::stepper::Stepper;
 use crate::stop::Stop;
+use crate::strength::age;
 
 /// Fewest and most steps of Arnoldi's iteration, if there are as many modes: a quarter to a half of them end as
 /// modes and their conjugates.
@@ -56,25 +56,16 @@ const NO_MODES: [&str; 2] = [
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeLeaps<const D: usize = 1> {
     lattice: Lattice,
-    simd: Simd,
     effort: Effort,
-    jumps: Jumps<D>,
-}
-
-/// Computes the jumps.
-#[derive(Debug, Clone)]
-enum Jumps<const D: usize> {
-    /// It is created at the first attempt to jump.
-    Unmade,
-    Made(Box<Jump<D>>),
-    None(&'static str),
+    /// Made at the first attempt to jump; or why there are none.
+    jumps: Option<Result<Box<Jump<D>>, &'static str>>,
 }
 
 impl<const D: usize> LatticeLeaps<D> {
     /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
     fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
-        if let Jumps::Unmade = self.jumps {
-            let stuck = StuckLattice::of(plan, self.lattice, self.simd, stop);
+        if self.jumps.is_none() {
+            let stuck = StuckLattice::of(plan, self.lattice, stop);
             let precomputed = stuck.and_then(|stuck| {
                 let iterations = self.effort.iterations;
                 let precomputed = Precomputed::of(plan, stuck, iterations, stop)?;
@@ -83,23 +74,19 @@ impl<const D: usize> LatticeLeaps<D> {
             if stop.has_come() {
                 return None;
             }
-            self.jumps = match precomputed {
-                Some(precomputed) => Jumps::Made(Box::new(Jump::new(Arc::new(precomputed)))),
-                None => Jumps::None(NO_MODES[D - 1]),
-            };
+            let jump = precomputed.map(|precomputed| Box::new(Jump::new(Arc::new(precomputed))));
+            self.jumps = Some(jump.ok_or(NO_MODES[D - 1]));
         }
-        match &mut self.jumps {
-            Jumps::Made(jump) => Some(jump),
-            Jumps::Unmade | Jumps::None(_) => None,
-        }
+        self.jump()
+    }
+
+    fn jump(&mut self) -> Option<&mut Jump<D>> {
+        self.jumps.as_mut()?.as_deref_mut().ok()
     }
 
     /// The jump that is open.
     fn opened(&mut self) -> &mut Jump<D> {
-        match &mut self.jumps {
-            Jumps::Made(jump) => jump,
-            Jumps::Unmade | Jumps::None(_) => unreachable!("only a solver with jumps opens one"),
-        }
+        self.jump().expect("only a solver with jumps opens one")
     }
 }
 
@@ -111,19 +98,20 @@ where
     /// Steps of a jump.
     type Leap = u64;
 
-    fn of(plan: &Plan, lattice: &Lattice, simd: Simd) -> LatticeLeaps<D> {
+    fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, lattice);
         let jumps = if effort.numbers > MOST_NUMBERS[D - 1] {
-            Jumps::None(TOO_LARGE[D - 1])
+            Some(Err(TOO_LARGE[D - 1]))
         } else if RUNS_OF_MODES * effort.steps > plan.steps {
-            Jumps::None(TOO_SHORT[D - 1])
+            Some(Err(TOO_SHORT[D - 1]))
         } else {
-            Jumps::Unmade
+            None
         };
-        LatticeLeaps { lattice: *lattice, simd, effort, jumps }
+        LatticeLeaps { lattice: *lattice, effort, jumps }
     }
 
     fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<u64, u64> {
+        age(solver.plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
         if state.detached > 0 {
             return Err(1);
@@ -135,8 +123,8 @@ where
         let Some(jump) = self.made(solver.plan, solver.stop) else { return Err(1) };
         match jump.open(solver.plan, state, most_steps, solver.stop) {
             _ if solver.stop.has_come() => Err(1),
-            Attempt::Jump(steps) => Ok(steps),
-            Attempt::Wait(steps) => {
+            Ok(steps) => Ok(steps),
+            Err(steps) => {
                 solver.counters.refused_jumps += 1;
                 solver.pace.wait_for_jump(state.step, steps, jump.cost_steps());
                 Err(solver.pace.no_jump_before_step - state.step)
@@ -176,8 +164,8 @@ where
 
     fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {
         match self.jumps {
-            Jumps::None(why) => vec![why],
-            Jumps::Unmade | Jumps::Made(_) => Vec::new(),
+            Some(Err(why)) => vec![why],
+            _ => Vec::new(),
         }
     }
 }

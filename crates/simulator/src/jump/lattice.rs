@@ -11,10 +11,9 @@
 //! state has an odd part at all, to the bit; where drive and contacts are mirror images of themselves, it never
 //! has.
 //!
-//! How long a jump may be: [`certificate`]. Its energies: [`account`].
+//! How long a jump may be: [`super::certificate`]. Its energies: [`account`].
 
 mod account;
-mod certificate;
 
 use std::sync::Arc;
 
@@ -22,11 +21,12 @@ use asperity_model::Plan;
 
 use crate::complex::Complex;
 use crate::jump::Forced;
-use crate::jump::lattice::account::{Account, Start};
-use crate::jump::lattice::certificate::{Certificate, Part};
+use crate::jump::certificate::{Certificate, Part};
+use crate::jump::lattice::account::Start;
+use crate::kernels;
 use crate::modes::Coordinates;
 use crate::norms::{ROUNDING, invariant_of_products};
-use crate::slow_modes::{Precomputed, pressed, sizes};
+use crate::slow_modes::{Precomputed, pressed};
 use crate::state::SliderState;
 use crate::stop::Stop;
 use crate::strength::static_coefficient;
@@ -58,15 +58,6 @@ const ROUNDS: usize = 2;
 
 /// Modes below this share of the largest displacement do not affect a sample.
 const NEGLIGIBLE: f64 = 1e-17;
-
-/// Outcome of an attempt to jump.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Attempt {
-    /// This number of steps is certified.
-    Jump(u64),
-    /// None; the next attempt is due after this number of steps.
-    Wait(u64),
-}
 
 /// The jump that is open.
 #[derive(Debug, Clone)]
@@ -107,15 +98,16 @@ impl<const D: usize> Jump<D> {
         }
     }
 
-    /// Decomposes a state in which every contact sticks. Without meaning once the stop has come.
+    /// Decomposes a state in which every contact sticks, and returns the number of steps that is certified; if none
+    /// is, the number after which the next attempt is due. Without meaning once the stop has come.
     pub(crate) fn open(
         &mut self,
         plan: &Plan,
         state: &SliderState,
         most_steps: u64,
         stop: &Stop<'_>,
-    ) -> Attempt {
-        let refused = Attempt::Wait(PATIENCE_STEPS);
+    ) -> Result<u64, u64> {
+        let refused = Err(PATIENCE_STEPS);
         let lattice = self.precomputed.stuck.lattice;
         let are_lifted = lattice.first_normal().is_some_and(|normal| {
             state.displacement_m[normal..][..plan.blocks].iter().any(|rise_m| *rise_m >= 0.0)
@@ -130,20 +122,19 @@ impl<const D: usize> Jump<D> {
         self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
         self.parts.clear();
         if !self.find_forced(plan, state, stop) {
-            return Attempt::Wait(WITHOUT_MODES_STEPS);
+            return Err(WITHOUT_MODES_STEPS);
         }
-        let simd = self.precomputed.stuck.simd;
-        let largest = |values: &[f64]| simd.largest(values);
         // If the forced part alone rules out the jump, the modes need not be checked.
         if self.certificate(plan, state, [0.0; 3]).of_forced() < SHORTEST {
             return refused;
         }
-        let (u_scale, v_scale) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));
+        let (u_scale, v_scale) =
+            (kernels::largest(&state.displacement_m), kernels::largest(&state.velocity_m_per_s));
         let precomputed = Arc::clone(&self.precomputed);
         let arrays = [&state.displacement_m[..], &state.velocity_m_per_s, &self.forced.position_m];
         for class in precomputed.classes_of(arrays).collect::<Vec<usize>>() {
             let Some(modes) = precomputed.modes(plan, class, stop) else {
-                return Attempt::Wait(WITHOUT_MODES_STEPS);
+                return Err(WITHOUT_MODES_STEPS);
             };
             self.cost_steps += STEPS_OF_MODE * modes.slow.rates.len() as u64;
             self.parts.push(Part { modes, coordinates: Coordinates::default() });
@@ -167,10 +158,10 @@ impl<const D: usize> Jump<D> {
             let steps = if D == 1 || left_out > enough { libm::log(excess) / rate } else { 0.0 };
             let is_told = steps < (1 << 20) as f64;
             let steps = if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 };
-            return Attempt::Wait(if D == 1 { steps } else { self.until_exact(most_steps, enough, steps) });
+            return Err(if D == 1 { steps } else { self.until_exact(most_steps, enough, steps) });
         }
         let missed = left_out + off;
-        let reach_m = u_scale + largest(&self.forced.advance_m) * most_steps as f64;
+        let reach_m = u_scale + kernels::largest(&self.forced.advance_m) * most_steps as f64;
         let rounding_n = norms.force_rounding(reach_m, v_scale);
         let reserves = [
             norms.force * missed + rounding_n * (D as f64).sqrt(),
@@ -181,9 +172,8 @@ impl<const D: usize> Jump<D> {
         if steps < SHORTEST {
             return refused;
         }
-        let start = self.account(plan).start(state);
-        self.start = start;
-        Attempt::Jump(steps)
+        self.start = self.energies_at_start(plan, state);
+        Ok(steps)
     }
 
     /// Steps, at least as many as given and hardly more than the most, until the error of the modes over the most
@@ -214,23 +204,15 @@ impl<const D: usize> Jump<D> {
         state: &'a SliderState,
         reserves: [f64; 3],
     ) -> Certificate<'a, D> {
-        let stuck = &self.precomputed.stuck;
         Certificate {
             plan,
             state,
-            lattice: &stuck.lattice,
-            simd: stuck.simd,
+            lattice: self.precomputed.stuck.lattice,
             forced: &self.forced,
             parts: &self.parts,
             coefficients: &self.coefficients,
             reserves,
         }
-    }
-
-    fn account<'a>(&'a mut self, plan: &'a Plan) -> Account<'a, D> {
-        let Jump { precomputed, forced, parts, u, w, stiff, damped, scratch, .. } = self;
-        let work = [u, w, stiff, damped, scratch].map(|array| &mut array[..]);
-        Account { plan, stuck: &precomputed.stuck, forced, parts, work }
     }
 
     /// `a` and `b`; `false` if the stiffness cannot be solved with.
@@ -278,14 +260,13 @@ impl<const D: usize> Jump<D> {
             }
         }
         // Slightly inaccurate modes mix slightly: a second pass removes what remains of them.
-        let mut found = Coordinates::default();
         for _ in 0..ROUNDS {
             for (scratch, (u, w)) in scratch.iter_mut().zip(u.iter().zip(&*w)) {
                 *scratch = u - w;
             }
             stuck.products(stiff, damped, scratch, w);
             for Part { modes, coordinates } in parts.iter_mut() {
-                modes.slow.project(stuck, w, stiff, &mut found);
+                let mut found = modes.slow.project(stuck, w, stiff);
                 for (own, found) in
                     [(&mut coordinates.re, &mut found.re), (&mut coordinates.im, &mut found.im)]
                 {
@@ -303,28 +284,24 @@ impl<const D: usize> Jump<D> {
 
     /// Writes the state after `into` steps of the jump, without forces.
     pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
-        self.compose(into, None, state);
+        self.compose(into, f64::NEG_INFINITY, state);
     }
 
     /// Writes the state for a sample, without modes that change nothing.
     pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        let least = NEGLIGIBLE * self.precomputed.stuck.simd.largest(&self.forced.position_m);
-        self.compose(into, Some(least), state);
+        let least = NEGLIGIBLE * kernels::largest(&self.forced.position_m);
+        self.compose(into, least, state);
     }
 
-    /// Without modes no larger than `least` behind the last that is.
-    fn compose(&mut self, into: u64, least: Option<f64>, state: &mut SliderState) {
+    /// Without the modes no larger than `least` behind the last that is.
+    fn compose(&mut self, into: u64, least: f64, state: &mut SliderState) {
         let Jump { precomputed, forced, parts, u, w, .. } = self;
         let stuck = &precomputed.stuck;
         u.fill(0.0);
         w.copy_from_slice(&forced.advance_m);
         for part in parts {
             let coordinates = part.grown(into);
-            let all = coordinates.re.len();
-            let modes = least.map_or(all, |least| {
-                let last = sizes(&coordinates).iter().rposition(|size| *size > least);
-                last.map_or(0, |last| last + 1)
-            });
+            let modes = coordinates.count_above(least);
             part.modes.slow.add(stuck, &coordinates, modes, u, w);
         }
         for (velocity_m_per_s, w) in state.velocity_m_per_s.iter_mut().zip(&*w) {
@@ -332,18 +309,12 @@ impl<const D: usize> Jump<D> {
         }
         forced.write(into, u, state);
     }
-
-    /// Brings the ledger of a state up to `into` steps of the jump, the step of the state.
-    pub(crate) fn bring_up(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
-        let start = self.start;
-        self.account(plan).bring_up(&start, into, state);
-    }
 }
 
 /// The error of some modes, summed over a number of steps.
 fn off<const D: usize>(part: &Part<D>, steps: u64) -> f64 {
     let modes = &part.modes.slow;
-    let sizes = sizes(&part.coordinates);
+    let sizes = part.coordinates.sizes();
     let parts = sizes.iter().zip(&modes.off).zip(&modes.rates).map(|((size, off), s)| {
         let falls_by = 1.0 - (Complex::ONE + *s).size();
         size * off * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))

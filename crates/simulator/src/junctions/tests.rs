@@ -6,7 +6,7 @@ use asperity_record::JunctionTotals;
 use asperity_testkit::DirectContact;
 
 use super::{JunctionLoops, JunctionState, Loaded, Stored};
-use crate::kernels::Simd;
+use crate::kernels::by_all;
 
 fn plan(sets: &[&str]) -> Plan {
     Plan::new(
@@ -29,9 +29,8 @@ struct Rig {
 }
 
 impl Rig {
-    fn of(plan: Plan, simd: Simd) -> Rig {
-        let (loops, state) =
-            (JunctionLoops::of(&plan, simd).unwrap(), JunctionState::initial(&plan).unwrap());
+    fn of(plan: Plan) -> Rig {
+        let (loops, state) = (JunctionLoops::of(&plan).unwrap(), JunctionState::initial(&plan).unwrap());
         Rig { loops, state, mean_anchor: plan.initial.stick_position_m.clone(), step: 0, plan }
     }
 
@@ -74,7 +73,7 @@ fn by_random_motion(steps: u64) {
     // Slip times of 20 to 300 steps.
     let sets = ["slider.blocks=60", "friction.healing_time_s=1e-5", "friction.healing_deviation_s=5e-6"];
     let sets = [&sets[..], &["friction.junction_start=drawn", "time.duration_s=1e-3"]].concat();
-    let (mut rig, plan) = (Rig::of(plan(&sets), Simd::detect()), plan(&sets));
+    let (mut rig, plan) = (Rig::of(plan(&sets)), plan(&sets));
     let mut direct: Vec<DirectContact> = (0..60).map(|n| DirectContact::of(&plan, n)).collect();
     let largest_n = plan.normal_load_n[0];
     let mut u = vec![0.0; 60];
@@ -118,9 +117,9 @@ fn by_random_motion(steps: u64) {
 
 #[test]
 fn all_instruction_sets_give_the_same_bits_and_a_restored_state_goes_on_to_the_bit() {
-    let run = |simd: Simd, restore: bool| {
+    let run = |restore: bool| {
         let sets = ["slider.blocks=11", "friction.healing_time_s=1e-5", "friction.healing_deviation_s=5e-6"];
-        let mut rig = Rig::of(plan(&[&sets[..], &["time.duration_s=1e-3"]].concat()), simd);
+        let mut rig = Rig::of(plan(&[&sets[..], &["time.duration_s=1e-3"]].concat()));
         let mut u = vec![0.0; 11];
         let mut bits = Vec::new();
         for step in 1..4000 {
@@ -138,11 +137,8 @@ fn all_instruction_sets_give_the_same_bits_and_a_restored_state_goes_on_to_the_b
         }
         bits
     };
-    let baseline = run(Simd::Baseline, false);
-    for simd in Simd::available() {
-        assert!(run(simd, false) == baseline, "{simd:?}");
-    }
-    assert!(run(Simd::Baseline, true) == baseline, "a restored state");
+    let through = by_all(|| run(false));
+    assert!(run(true) == through, "a restored state");
 }
 
 #[test]
@@ -189,10 +185,7 @@ fn incomplete_states_are_refused() {
 
 /// One contact under the load `P`, moved as prescribed.
 fn single(sets: &[&str]) -> Rig {
-    Rig::of(
-        Plan::new(&resolve("junction-slider", sets).unwrap_or_else(|error| panic!("{error}"))),
-        Simd::detect(),
-    )
+    Rig::of(Plan::new(&resolve("junction-slider", sets).unwrap_or_else(|error| panic!("{error}"))))
 }
 
 #[test]

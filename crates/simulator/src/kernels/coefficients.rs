@@ -1,6 +1,6 @@
 //! The coefficients of terms ([`crate::chebyshev`]), advanced step by step.
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 /// Number of coefficients that are computed.
 pub(crate) const FOLLOWED: usize = 64;
@@ -38,28 +38,17 @@ impl Coefficients {
             double: zeros,
             triple: zeros,
             sums: [zeros; 3],
-            whole: zeros,
-            last: zeros,
+            whole: now,
+            last: now,
         }
     }
 }
 
 kernel! {
-    /// Updates the largest magnitudes.
-    fn note_largest(c: &mut Coefficients) {
-        let Coefficients { now, whole, last, .. } = c;
-        for j in 0..FOLLOWED {
-            whole[j] = whole[j].max(now[j].abs());
-            last[j] = last[j].max(now[j].abs());
-        }
-    }
-}
-
-kernel! {
-    /// Advances by one step: multiplies a sum of terms by `A`, and updates all sums.
+    /// Advances by one step: multiplies a sum of terms by `A`, and updates all sums and extremes.
     fn next_coefficients(c: &mut Coefficients) {
         let &mut Coefficients { stay, half, sigma, .. } = c;
-        let Coefficients { now, single, double, triple, sums: [first, second, third], .. } = c;
+        let Coefficients { now, single, double, triple, sums: [first, second, third], whole, last, .. } = c;
         for j in 0..FOLLOWED {
             third[j] += second[j];
             second[j] += first[j];
@@ -76,6 +65,8 @@ kernel! {
         below[1] *= 2.0;
         for j in 0..FOLLOWED {
             now[j] = stay * now[j] + half * (below[j] + sigma * above[j]);
+            whole[j] = whole[j].max(now[j].abs());
+            last[j] = last[j].max(now[j].abs());
         }
     }
 }

@@ -5,7 +5,7 @@ use std::hint::select_unpredictable;
 
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 use crate::kernels::step::is_positive;
 
 kernel! {
@@ -162,8 +162,8 @@ mod tests {
     use asperity_model::laws::{FrictionLaw, SpringsOverArea};
     use asperity_model::{mixed, resolve};
 
-    use super::{MovedContacts, Rubbed, Simd};
-    use crate::kernels::After;
+    use super::{MovedContacts, Rubbed};
+    use crate::kernels::{self, After, by_all};
     use crate::law::{ContactLoops, Loops, loops};
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
@@ -197,36 +197,28 @@ mod tests {
         }
 
         /// The hint, forces from outside, friction of sliding contacts, works and marks, as bits.
-        fn rubbed(
-            &self,
-            simd: Simd,
-            law: &dyn ContactLoops<D>,
-            any_slides: bool,
-        ) -> (bool, Vec<u64>, Vec<u64>) {
+        fn rubbed(&self, law: &dyn ContactLoops<D>, any_slides: bool) -> (bool, Vec<u64>, Vec<u64>) {
             let count = self.slip.len();
             let [u, v, anchor, tau] = self.values.each_ref().map(all);
             let (mut outer, mut friction) =
                 ([0; D].map(|_| numbers(60, count)), [0; D].map(|_| vec![0.0; count]));
-            let hint = law.rub(
-                simd,
-                &mut Rubbed {
-                    u,
-                    v,
-                    anchor,
-                    tau,
-                    slip: &self.slip,
-                    any_slides,
-                    threshold: &self.threshold,
-                    sliding_friction: &self.sliding_friction,
-                    memory: &[],
-                    kt: 2.1,
-                    dt_over_m: 0.013,
-                    outer: outer.each_mut().map(Vec::as_mut_slice),
-                    friction: friction.each_mut().map(Vec::as_mut_slice),
-                },
-            );
+            let hint = law.rub(&mut Rubbed {
+                u,
+                v,
+                anchor,
+                tau,
+                slip: &self.slip,
+                any_slides,
+                threshold: &self.threshold,
+                sliding_friction: &self.sliding_friction,
+                memory: &[],
+                kt: 2.1,
+                dt_over_m: 0.013,
+                outer: outer.each_mut().map(Vec::as_mut_slice),
+                friction: friction.each_mut().map(Vec::as_mut_slice),
+            });
             let moved = MovedContacts { v, friction: all(&friction), slip: &self.slip, any_slid: any_slides };
-            let works = simd.rubbed_work(&moved);
+            let works = kernels::rubbed_work(&moved);
             let after = After {
                 slip: &self.slip,
                 direction: v,
@@ -236,7 +228,7 @@ mod tests {
                 memory: &[],
             };
             let mut marks = vec![0; count.div_ceil(64)];
-            law.switching(simd, &mut marks, &after);
+            law.switching(&mut marks, &after);
             let bits = outer.iter().chain(&friction).flatten().chain(&works).map(|x| x.to_bits());
             (hint, bits.collect(), marks)
         }
@@ -245,11 +237,7 @@ mod tests {
     fn compare<const D: usize>(law: &dyn ContactLoops<D>) {
         for (count, any_slides) in [1, 3, 8, 57, 156, 561].into_iter().flat_map(|n| [(n, false), (n, true)]) {
             let contacts = Contacts::<D>::of(count, any_slides);
-            let baseline = contacts.rubbed(Simd::Baseline, law, any_slides);
-            for simd in Simd::available() {
-                assert_eq!(contacts.rubbed(simd, law, any_slides), baseline, "{law:?}, {simd:?}, {count}");
-            }
-            let (hint, _, marks) = baseline;
+            let (hint, _, marks) = by_all(|| contacts.rubbed(law, any_slides));
             assert!(hint || marks.iter().all(|mark| *mark == 0), "{law:?}, {count}");
         }
     }
@@ -275,7 +263,7 @@ mod tests {
             let strength = (x * x + y * y).sqrt();
             let off = [0.0, 1.0, -1.0, 2.0, -2.0, 64.0][n as usize % 6];
             contacts.threshold = vec![strength * (1.0 + off * f64::EPSILON / 2.0)];
-            let (hint, _, marks) = contacts.rubbed(Simd::detect(), &law, false);
+            let (hint, _, marks) = contacts.rubbed(&law, false);
             assert!(hint || marks == [0], "{x} {y}, {off}");
             assert!(!hint || off < 64.0, "{x} {y}");
             hints += usize::from(hint);

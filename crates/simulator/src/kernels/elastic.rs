@@ -5,7 +5,7 @@
 
 use asperity_model::elastic::Chain;
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 kernel! {
     /// The pull of springs and dashpots on every node (5.6, 5.7), without drive and friction.

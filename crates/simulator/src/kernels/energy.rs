@@ -7,7 +7,7 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 /// A completed step.
 pub(crate) struct Moved<'a> {

@@ -2,8 +2,7 @@
 
 use std::hint::select_unpredictable;
 
-use crate::kernels::simd::sign;
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::{kernel, sign};
 
 /// Reserve of the bounds for truncation and rounding, for one length of window: of forces of stuck
 /// blocks and velocities of sliding ones.

@@ -2,7 +2,7 @@
 
 use std::hint::select_unpredictable;
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 /// Contacts before a step: one number for each.
 pub(crate) struct Bearing<'a> {

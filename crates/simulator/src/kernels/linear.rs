@@ -1,9 +1,8 @@
 //! Elementary vector operations: scaling, sums, products, largest magnitudes.
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 kernel! {
-    /// Multiplies by a number.
     /// Multiplies by a number.
     fn scale(values: &mut [f64], by: f64) {
         for value in values {
@@ -64,7 +63,7 @@ kernel! {
     }
 }
 
-/// The values and bounds of [`Simd::follow`] for `LANES` blocks from `at` on.
+/// The values and bounds of [`follow`] for `LANES` blocks from `at` on.
 #[inline(always)]
 fn followed<const LANES: usize>(
     values: &mut [f64],
@@ -127,31 +126,6 @@ kernel! {
         }
         let total = |lanes: [f64; 4]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
         [total(sum), total(magnitude)]
-    }
-}
-
-kernel! {
-    /// Matrix times vector, the matrix column by column, columns added in
-    /// ascending order.
-    fn multiply(product: &mut [f64], matrix: &[f64], vector: &[f64]) {
-        let size = product.len();
-        product.fill(0.0);
-        let mut columns = matrix.chunks_exact(4 * size);
-        let mut entries = vector.chunks_exact(4);
-        for (four, x) in columns.by_ref().zip(entries.by_ref()) {
-            let (a, rest) = four.split_at(size);
-            let (b, rest) = rest.split_at(size);
-            let (c, d) = rest.split_at(size);
-            let d = &d[..size];
-            for n in 0..size {
-                product[n] = (((product[n] + x[0] * a[n]) + x[1] * b[n]) + x[2] * c[n]) + x[3] * d[n];
-            }
-        }
-        for (column, x) in columns.remainder().chunks_exact(size).zip(entries.remainder()) {
-            for n in 0..size {
-                product[n] += x * column[n];
-            }
-        }
     }
 }
 

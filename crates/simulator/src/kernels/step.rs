@@ -6,7 +6,7 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude, memory_of};
 
-use crate::kernels::simd::{Simd, kernel};
+use crate::kernels::simd::kernel;
 
 /// The inputs of a chain's step. Nodes move, contacts rub; every node carries one contact.
 pub(crate) struct Blocks<'a> {
@@ -33,7 +33,7 @@ pub(crate) struct Blocks<'a> {
 }
 
 kernel! {
-    /// One step of a chain: `tau` from [`Simd::pull`] and the outer forces, friction, new velocities
+    /// One step of a chain: `tau` from [`crate::kernels::pull`] and the outer forces, friction, new velocities
     /// and positions (4.13, 4.14). Returns whether any contact may switch.
     fn step[L: ContactLaw](
         u_new: &mut [f64],
@@ -145,7 +145,8 @@ mod tests {
     use asperity_model::laws::FrictionLaw;
     use asperity_model::{Scenario, ScenarioSource};
 
-    use super::{After, Blocks, Simd};
+    use super::{After, Blocks};
+    use crate::kernels::by_all;
     use crate::law::{ChainLoops, loops};
 
     /// Pseudo-random numbers, the same on every machine.
@@ -179,7 +180,7 @@ mod tests {
             .flat_map(|blocks| all_laws().into_iter().map(move |law| (blocks, law)))
         {
             let chain = Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 };
-            let run = |simd: Simd| {
+            by_all(|| {
                 let mut u = noise(1, blocks);
                 let mut v = noise(2, blocks);
                 let (mut tau, mut u_new, mut v_new) =
@@ -204,17 +205,13 @@ mod tests {
                         dt_over_m: 0.013,
                         kt: &vec![2.1; blocks],
                     };
-                    any.push(law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old));
+                    any.push(law.step((&mut u_new, &mut v_new), &mut tau, &old));
                     std::mem::swap(&mut u, &mut u_new);
                     std::mem::swap(&mut v, &mut v_new);
                 }
                 let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 (bits(&u), bits(&v), bits(&tau), any)
-            };
-            let baseline = run(Simd::Baseline);
-            for simd in Simd::available() {
-                assert_eq!(run(simd), baseline, "{simd:?}, {blocks} blocks, {law:?}");
-            }
+            });
         }
     }
 
@@ -253,9 +250,9 @@ mod tests {
                     kt: &[f64::from(u8::from(by_spring)); BLOCKS],
                 };
                 let springs_n = alone(force);
-                for simd in Simd::available() {
+                let (hint, marks) = by_all(|| {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
-                    let hint = law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old);
+                    let hint = law.step((&mut u_new, &mut v_new), &mut tau, &old);
                     let after = After {
                         slip: &slip,
                         direction: [&v],
@@ -265,11 +262,12 @@ mod tests {
                         memory: &[],
                     };
                     let mut marks = [0];
-                    law.switching(simd, &mut marks, &after);
-                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {simd:?}");
-                    switches += usize::from(marks != [0]);
-                    quiet += usize::from(!hint);
-                }
+                    law.switching(&mut marks, &after);
+                    (hint, marks)
+                });
+                assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?}");
+                switches += usize::from(marks != [0]);
+                quiet += usize::from(!hint);
             }
         }
         assert!(switches > 100 && quiet > 100, "{switches} {quiet}");

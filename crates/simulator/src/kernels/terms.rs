@@ -7,83 +7,7 @@ use std::ops::Range;
 use asperity_model::elastic::Chain;
 use asperity_model::ends::EndBond;
 
-use crate::kernels::simd::sign;
-use crate::kernels::simd::{Simd, kernel};
-
-impl Simd {
-    /// Computes each next term by the recurrence of the polynomials, and the guards of the terms.
-    pub(crate) fn terms(
-        self,
-        rows: Terms<'_>,
-        strains: [&mut [f64]; 2],
-        chain: &TermChain<'_>,
-        behind: Range<usize>,
-    ) {
-        // A term is a function of its own, because the compiler assumes only of a function's arguments
-        // that they do not overlap.
-        macro_rules! version {
-            ($(#[$feature:meta])?) => {{
-                $(#[$feature])?
-                #[inline(never)]
-                fn next(
-                    u: &mut [f64],
-                    v: &mut [f64],
-                    strain: &mut [f64],
-                    guard: &mut [f64],
-                    term: &Term<'_>,
-                    chain: &TermChain<'_>,
-                ) {
-                    macro_rules! of_kind {
-                        ($back:ident) => {
-                            match (chain.rigid, chain.radiation > 0.0) {
-                                (false, false) => {
-                                    next_term::<$back, false, false>(u, v, strain, guard, term, chain)
-                                }
-                                (true, false) => {
-                                    next_term::<$back, true, false>(u, v, strain, guard, term, chain)
-                                }
-                                (false, true) => {
-                                    next_term::<$back, false, true>(u, v, strain, guard, term, chain)
-                                }
-                                (true, true) => {
-                                    next_term::<$back, true, true>(u, v, strain, guard, term, chain)
-                                }
-                            }
-                        };
-                    }
-                    match (term.first, chain.back > 0.0) {
-                        (true, _) => of_kind!(FIRST),
-                        (_, true) => of_kind!(PLUS),
-                        (_, false) => of_kind!(MINUS),
-                    }
-                }
-                $(#[$feature])?
-                fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, behind: Range<usize>) {
-                    terms(rows, strains, chain, behind, |u, v, strain, guard, term| {
-                        next(u, v, strain, guard, term, chain);
-                    });
-                }
-                all
-            }};
-        }
-        #[cfg(target_arch = "x86_64")]
-        #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
-        match self {
-            Simd::Baseline => {}
-            Simd::Avx2 => {
-                return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, behind) };
-            }
-            Simd::Avx512 => {
-                return unsafe {
-                    version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
-                        rows, strains, chain, behind,
-                    )
-                };
-            }
-        }
-        version!()(rows, strains, chain, behind);
-    }
-}
+use crate::kernels::simd::{kernel, sign};
 
 kernel! {
     /// Sets the direction of each sliding block and the friction spring of each stuck one, from
@@ -106,10 +30,11 @@ kernel! {
     }
 }
 
-/// The inputs of a state's change in the next step, besides the force.
+/// The inputs of a state's change in the next step, besides the force, or of the change of that.
 pub(crate) struct Held<'a> {
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
+    /// Of no meaning for the change of a change.
     pub(crate) anchor: &'a [f64],
     pub(crate) drag: &'a [f64],
     pub(crate) spring: &'a [f64],
@@ -145,23 +70,13 @@ kernel! {
     }
 }
 
-/// The inputs of a second difference, besides the change of the force.
-pub(crate) struct Second<'a> {
-    pub(crate) u: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) spring: &'a [f64],
-    pub(crate) sigma: &'a [f64],
-    pub(crate) dt: f64,
-    pub(crate) dt_over_m: f64,
-}
-
 kernel! {
     /// The change of the first difference in the next step, velocities in displacement per step. On
     /// entry `guard` has the change of the force, on return the guard of the first difference.
-    fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
+    fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
         let blocks = d_u.len();
         let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
-        let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
+        let &Held { u, v, spring, sigma, dt, dt_over_m, .. } = held;
         let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
         for n in 0..blocks {
             let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
@@ -215,23 +130,18 @@ const WHOLE: usize = 1024;
 /// neighbour of every block, and the lag keeps vectors aligned.
 const LAG: usize = 8;
 
+/// Computes each next term by the recurrence of the polynomials, and the guards of the terms.
+///
 /// `strain` is scratch for the strains of two terms, with a place on either side. Later terms overwrite
 /// what a piece leaves there, except for the last [`LAG`] blocks, which the next piece of the same term
 /// needs.
-#[inline(always)]
-fn terms(
-    rows: Terms<'_>,
-    strains: [&mut [f64]; 2],
-    chain: &TermChain<'_>,
-    behind: Range<usize>,
-    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
-) {
+pub(crate) fn terms(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, behind: Range<usize>) {
     let blocks = chain.sigma.len();
     let Terms { u, v, guard, pitch } = rows;
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
     let (of_u, of_v) = (&u[first..first + blocks], &v[first..first + blocks]);
-    chain.springs.strains(now, of_u, of_v);
+    first_strains(now, of_u, of_v, &chain.springs);
     for bond in chain.at_ends {
         join_end(&mut now[..blocks + 2], of_u, of_v, bond);
     }
@@ -260,7 +170,8 @@ fn terms(
                 };
                 let next_strain = &mut next[from..to + 2];
                 let next_guard = &mut guard[j * pitch..][from..to];
-                next_term(&mut next_u[from..to], &mut next_v[from..to], next_strain, next_guard, &term);
+                let (own_u, own_v) = (&mut next_u[from..to], &mut next_v[from..to]);
+                next_term(own_u, own_v, next_strain, next_guard, &term, chain);
                 // The own strains of free ends are repeated beyond them.
                 if from == 0 {
                     next[0] = next[1];
@@ -306,7 +217,7 @@ fn hold_driven(guard: &mut [f64], u: &[f64], chain: &TermChain<'_>) {
 }
 
 /// The current term, and the one before it.
-struct Term<'a> {
+pub(crate) struct Term<'a> {
     u: &'a [f64],
     v: &'a [f64],
     before_u: &'a [f64],
@@ -325,8 +236,50 @@ const FIRST: i8 = 0;
 const PLUS: i8 = 1;
 const MINUS: i8 = -1;
 
+kernel! {
+    /// The strains of a term.
+    fn first_strains(strain: &mut [f64], u: &[f64], v: &[f64], springs: &Chain) {
+        springs.strains(strain, u, v);
+    }
+}
+
+kernel! {
+    /// A part of the next term, with its strains, and the guards of this one.
+    fn next_term(
+        next_u: &mut [f64],
+        next_v: &mut [f64],
+        next_strain: &mut [f64],
+        guard: &mut [f64],
+        term: &Term<'_>,
+        chain: &TermChain<'_>,
+    ) {
+        match (term.first, chain.back > 0.0) {
+            (true, _) => next_term_of::<FIRST>(next_u, next_v, next_strain, guard, term, chain),
+            (_, true) => next_term_of::<PLUS>(next_u, next_v, next_strain, guard, term, chain),
+            (_, false) => next_term_of::<MINUS>(next_u, next_v, next_strain, guard, term, chain),
+        }
+    }
+}
+
 #[inline(always)]
-fn next_term<const BACK: i8, const RIGID: bool, const RADIATES: bool>(
+fn next_term_of<const BACK: i8>(
+    u: &mut [f64],
+    v: &mut [f64],
+    strain: &mut [f64],
+    guard: &mut [f64],
+    term: &Term<'_>,
+    chain: &TermChain<'_>,
+) {
+    match (chain.rigid, chain.radiation > 0.0) {
+        (false, false) => next_term_by::<BACK, false, false>(u, v, strain, guard, term, chain),
+        (true, false) => next_term_by::<BACK, true, false>(u, v, strain, guard, term, chain),
+        (false, true) => next_term_by::<BACK, false, true>(u, v, strain, guard, term, chain),
+        (true, true) => next_term_by::<BACK, true, true>(u, v, strain, guard, term, chain),
+    }
+}
+
+#[inline(always)]
+fn next_term_by<const BACK: i8, const RIGID: bool, const RADIATES: bool>(
     next_u: &mut [f64],
     next_v: &mut [f64],
     next_strain: &mut [f64],

@@ -27,6 +27,7 @@
 use asperity_model::mixed;
 
 use crate::complex::Complex;
+use crate::kernels;
 use crate::modes::{Coordinates, Powers};
 use crate::slow_modes::eigen::Hessenberg;
 use crate::slow_modes::inverse::Inverse;
@@ -88,7 +89,7 @@ impl SlowModes {
         let (freedoms, is_over_area) = (stuck.classes()[class].size(), stuck.lattice.lanes > 1);
         let mut inverse = Inverse::of(stuck, class, stop)?;
         let most = if is_over_area { 2 * freedoms } else { 2 * freedoms - FIRST_SOLUTIONS };
-        let Arnoldi { basis, map } = arnoldi(stuck, freedoms, &mut inverse, iterations.min(most))?;
+        let Arnoldi { basis, map } = arnoldi(freedoms, &mut inverse, iterations.min(most))?;
         let values = map.eigenvalues(stop)?;
         let mut values: Vec<Complex> = values.into_iter().filter(|value| value.im <= 0.0).collect();
         // A rate with a positive imaginary part has an eigenvalue with a negative one.
@@ -148,7 +149,7 @@ impl SlowModes {
         let parts = [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
         for (part, times) in [&mut *re, &mut *im].into_iter().zip::<[Vec<f64>; 2]>(parts) {
             part.fill(0.0);
-            stuck.simd.add_columns(part, &basis[..map.size * freedoms], &times);
+            kernels::add_columns(part, &basis[..map.size * freedoms], &times);
         }
         let largest = re.iter().zip(&*im).fold(0.0, |most: f64, (re, im)| most.max(re * re + im * im)).sqrt();
         let is_found = largest > 0.0;
@@ -171,8 +172,8 @@ impl SlowModes {
         // The products of `x` with `x`, `K x` and `D x`, without conjugates.
         let product = |of_re: &[f64], of_im: &[f64]| {
             let mut sums = [[0.0; 2]; 2];
-            stuck.simd.dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
-            stuck.simd.dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
+            kernels::dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
+            kernels::dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
             Complex { re: sums[0][0] - sums[1][1], im: sums[0][1] + sums[1][0] }
         };
         let (square, stiff, damped) =
@@ -224,28 +225,18 @@ impl SlowModes {
     }
 
     /// The coordinates of a state without forcing, from `w` and `M (u - w)`.
-    pub(crate) fn project(
-        &self,
-        stuck: &StuckLattice,
-        w: &[f64],
-        stiff: &[f64],
-        coordinates: &mut Coordinates,
-    ) {
+    pub(crate) fn project(&self, stuck: &StuckLattice, w: &[f64], stiff: &[f64]) -> Coordinates {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let motions = &stuck.classes()[self.class];
-        let (w, stiff) = (motions.component(w), motions.component(stiff));
+        let (w, stiff) = (motions.fold(w), motions.fold(stiff));
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
-        stuck.simd.dots(&mut of_w, &self.shapes, &w);
-        stuck.simd.dots(&mut of_stiff, &self.shapes, &stiff);
-        coordinates.re.clear();
-        coordinates.im.clear();
-        for m in 0..count {
-            let of = |products: &[f64]| Complex { re: products[2 * m], im: products[2 * m + 1] };
-            let coordinate = (of(&of_w) - of(&of_stiff).scaled(by_stiffness) / self.rates[m]) * self.own[m];
-            coordinates.re.push(coordinate.re);
-            coordinates.im.push(coordinate.im);
-        }
+        kernels::dots(&mut of_w, &self.shapes, &w);
+        kernels::dots(&mut of_stiff, &self.shapes, &stiff);
+        let of = |products: &[f64], m: usize| Complex { re: products[2 * m], im: products[2 * m + 1] };
+        let coordinate =
+            |m: usize| (of(&of_w, m) - of(&of_stiff, m).scaled(by_stiffness) / self.rates[m]) * self.own[m];
+        (0..count).map(coordinate).collect()
     }
 
     /// Adds the first `modes` modes with these coordinates to `u` and `w`.
@@ -259,7 +250,7 @@ impl SlowModes {
     ) {
         let (mut of_u, mut of_w) = (Vec::with_capacity(2 * modes), Vec::with_capacity(2 * modes));
         for m in 0..modes {
-            let coordinate = Complex { re: coordinates.re[m], im: coordinates.im[m] };
+            let coordinate = coordinates.at(m);
             let (moving, weight) = (coordinate * self.velocities[m], self.weights[m]);
             of_u.extend([weight * coordinate.re, -weight * coordinate.im]);
             of_w.extend([weight * moving.re, -weight * moving.im]);
@@ -268,10 +259,10 @@ impl SlowModes {
         let motions = &stuck.classes()[self.class];
         for (all, times) in [(u, of_u), (w, of_w)] {
             if motions.are_all() {
-                stuck.simd.add_columns(all, shapes, &times);
+                kernels::add_columns(all, shapes, &times);
             } else {
                 let mut own = vec![0.0; self.freedoms];
-                stuck.simd.add_columns(&mut own, shapes, &times);
+                kernels::add_columns(&mut own, shapes, &times);
                 motions.add(all, &own);
             }
         }
@@ -293,22 +284,11 @@ fn falls_by(rate: Complex) -> f64 {
     1.0 - (Complex::ONE + rate).size()
 }
 
-/// How large each coordinate is.
-pub(crate) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
-    coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
-}
-
 /// Vectors that a new one is made orthogonal to at once, while they are at hand.
 const AT_ONCE: usize = 8;
 
 /// `None` if the stiffness cannot be solved with, or the stop comes.
-fn arnoldi(
-    stuck: &StuckLattice,
-    freedoms: usize,
-    inverse: &mut Inverse<'_>,
-    iterations: usize,
-) -> Option<Arnoldi> {
-    let simd = stuck.simd;
+fn arnoldi(freedoms: usize, inverse: &mut Inverse<'_>, iterations: usize) -> Option<Arnoldi> {
     // Both halves of the vectors, each in a matrix of its own.
     let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
     halves[1].reserve((iterations + 1) * freedoms);
@@ -325,8 +305,8 @@ fn arnoldi(
     }
     let square = |a: &[f64], b: &[f64]| {
         let mut squares = [[0.0]; 2];
-        simd.dots(&mut squares[0], a, a);
-        simd.dots(&mut squares[1], b, b);
+        kernels::dots(&mut squares[0], a, a);
+        kernels::dots(&mut squares[1], b, b);
         squares[0][0] + squares[1][0]
     };
     let scale = 1.0 / square(&a, &b).sqrt();
@@ -347,15 +327,15 @@ fn arnoldi(
             let count = AT_ONCE.min(j + 1 - from);
             let columns = from * freedoms..(from + count) * freedoms;
             let (products, more) = (&mut products[..count], &mut more[..count]);
-            simd.dots(products, &halves[0][columns.clone()], &a);
-            simd.dots(more, &halves[1][columns.clone()], &b);
+            kernels::dots(products, &halves[0][columns.clone()], &a);
+            kernels::dots(more, &halves[1][columns.clone()], &b);
             for (i, (product, more)) in products.iter_mut().zip(more).enumerate() {
                 *product += *more;
                 *map.entry(from + i, j) += *product;
                 *product = -*product;
             }
-            simd.add_columns(&mut a, &halves[0][columns.clone()], products);
-            simd.add_columns(&mut b, &halves[1][columns], products);
+            kernels::add_columns(&mut a, &halves[0][columns.clone()], products);
+            kernels::add_columns(&mut b, &halves[1][columns], products);
         }
         let left = square(&a, &b);
         if j + 1 == iterations {
@@ -385,7 +365,6 @@ mod tests {
     use asperity_model::{Plan, resolve};
 
     use super::{SlowModes, falls_by};
-    use crate::kernels::Simd;
     use crate::modes::Coordinates;
     use crate::slow_modes::stuck::StuckLattice;
     use crate::stop::Stop;
@@ -421,8 +400,7 @@ mod tests {
 
     fn stuck(scenario: &str, sets: &[&str]) -> StuckLattice {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect(), &Stop::never())
-            .expect("it is positive")
+        StuckLattice::of(&plan, plan.elastic.as_lattice(), &Stop::never()).expect("it is positive")
     }
 
     /// Where the iteration comes to the end of its space, rounding adds eigenvalues of no mode.
@@ -463,8 +441,7 @@ mod tests {
         // Decomposing a composed state returns its coordinates.
         let moving: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
         stuck.products(&mut stiff, &mut damped, &moving, &w);
-        let mut found = Coordinates::default();
-        modes.project(stuck, &w, &stiff, &mut found);
+        let found = modes.project(stuck, &w, &stiff);
         let parts = |of: &Coordinates| of.re.iter().chain(&of.im).copied().collect::<Vec<f64>>();
         for (found, own) in parts(&found).into_iter().zip(parts(&coordinates)) {
             assert!((found - own).abs() < 1e-4 * count as f64, "{name} {class}: {found} {own}");

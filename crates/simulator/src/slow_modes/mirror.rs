@@ -7,7 +7,7 @@
 //! the work and a quarter of the memory, and both together a quarter and a half. A run whose drive and contacts
 //! are mirror images of themselves needs the even motions alone.
 
-use std::borrow::Cow;
+use std::cmp::Ordering;
 
 use asperity_model::{Lattice, Plan};
 
@@ -17,27 +17,15 @@ const ROOT_OF_HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Motions of a lattice: all, or those that are even or odd.
 #[derive(Debug, Clone)]
 pub(crate) struct Motions {
-    /// Number of freedoms in its own basis.
-    size: usize,
-    /// Consecutive freedoms of that basis.
-    stretches: Vec<Stretch>,
-}
-
-/// Freedoms along a line of nodes, with the line that mirrors them.
-#[derive(Debug, Clone, Copy)]
-struct Stretch {
-    own: usize,
-    from: usize,
-    count: usize,
-    /// The mirrored freedoms, and the sign of their part; `None` where a freedom is a motion by itself.
-    mirrored: Option<(usize, f64)>,
+    /// The freedoms of their own basis: each is one of the lattice, or that with the one that mirrors it and the sign of
+    /// its part.
+    basis: Vec<(usize, Option<(usize, f64)>)>,
 }
 
 impl Motions {
     /// All motions of a lattice, in the basis of its freedoms.
     pub(crate) fn all(lattice: &Lattice) -> Motions {
-        let size = lattice.freedoms();
-        Motions { size, stretches: vec![Stretch { own: 0, from: 0, count: size, mirrored: None }] }
+        Motions { basis: (0..lattice.freedoms()).map(|freedom| (freedom, None)).collect() }
     }
 
     /// The classes of motions that a lattice keeps apart: even and odd ones, or all if it has one row across.
@@ -50,48 +38,36 @@ impl Motions {
 
     /// Those that the mirror multiplies by a sign.
     fn of_sign(lattice: &Lattice, sign: f64) -> Motions {
-        let (columns, lanes) = (lattice.columns, lattice.lanes);
-        let mut motions = Motions { size: 0, stretches: Vec::new() };
-        for (freedom, axis) in lattice.table.axes.iter().enumerate() {
+        let of = |freedom: usize| {
             // A displacement across is reversed by the mirror.
-            let sign = if *axis == 1 { -sign } else { sign };
-            for row in 0..lattice.rows {
-                for lane in 0..lanes.div_ceil(2) {
-                    let line = |lane: usize| freedom * lattice.nodes() + (row * lanes + lane) * columns;
-                    let other = lanes - 1 - lane;
-                    if lane == other && sign < 0.0 {
-                        continue;
-                    }
-                    let mirrored = (lane != other).then(|| (line(other), sign));
-                    let stretch = Stretch { own: motions.size, from: line(lane), count: columns, mirrored };
-                    motions.stretches.push(stretch);
-                    motions.size += columns;
-                }
+            let is_across = lattice.table.axes[freedom / lattice.nodes()] == 1;
+            let (sign, image) = (if is_across { -sign } else { sign }, mirror_image(lattice, freedom));
+            match freedom.cmp(&image) {
+                Ordering::Less => Some((freedom, Some((image, sign)))),
+                Ordering::Equal => (sign > 0.0).then_some((freedom, None)),
+                Ordering::Greater => None,
             }
-        }
-        motions
+        };
+        Motions { basis: (0..lattice.freedoms()).filter_map(of).collect() }
     }
 
-    /// Number of freedoms in its own basis.
+    /// Number of freedoms in their own basis.
     pub(crate) fn size(&self) -> usize {
-        self.size
+        self.basis.len()
     }
 
-    /// Whether its basis is that of the lattice's freedoms.
+    /// Whether their basis is that of the lattice's freedoms.
     pub(crate) fn are_all(&self) -> bool {
-        matches!(&self.stretches[..], [Stretch { mirrored: None, .. }])
+        self.basis.iter().all(|(_, mirrored)| mirrored.is_none())
     }
 
-    /// For each freedom of the lattice that has a part in it, the freedom of the basis, and the part.
+    /// For each freedom of the lattice that has a part in them, the freedom of the basis, and the part.
     pub(crate) fn parts(&self, freedoms: usize) -> Vec<Option<(usize, f64)>> {
         let mut parts = vec![None; freedoms];
-        for stretch in &self.stretches {
-            let (one, other) = stretch.factors();
-            for n in 0..stretch.count {
-                parts[stretch.from + n] = Some((stretch.own + n, one));
-                if let Some((mirrored, _)) = stretch.mirrored {
-                    parts[mirrored + n] = Some((stretch.own + n, other));
-                }
+        for (own, (freedom, mirrored)) in self.basis.iter().enumerate() {
+            parts[*freedom] = Some((own, mirrored.map_or(1.0, |_| ROOT_OF_HALF)));
+            if let Some((image, sign)) = mirrored {
+                parts[*image] = Some((own, sign * ROOT_OF_HALF));
             }
         }
         parts
@@ -99,58 +75,32 @@ impl Motions {
 
     /// The component of a motion of all freedoms that is one of these.
     pub(crate) fn fold(&self, all: &[f64]) -> Vec<f64> {
-        let mut own = Vec::with_capacity(self.size);
-        for stretch in &self.stretches {
-            let of = &all[stretch.from..][..stretch.count];
-            match stretch.mirrored {
-                None => own.extend_from_slice(of),
-                Some((mirrored, sign)) => {
-                    let pairs = of.iter().zip(&all[mirrored..][..stretch.count]);
-                    own.extend(pairs.map(|(a, b)| (a + sign * b) * ROOT_OF_HALF));
-                }
-            }
-        }
-        own
-    }
-
-    /// [`Motions::fold`] without a copy of all freedoms.
-    pub(crate) fn component<'a>(&self, all: &'a [f64]) -> Cow<'a, [f64]> {
-        if self.are_all() { Cow::Borrowed(all) } else { Cow::Owned(self.fold(all)) }
+        let own = self.basis.iter().map(|(freedom, mirrored)| match mirrored {
+            None => all[*freedom],
+            Some((image, sign)) => (all[*freedom] + sign * all[*image]) * ROOT_OF_HALF,
+        });
+        own.collect()
     }
 
     /// Adds a motion in this basis to one of all freedoms.
     pub(crate) fn add(&self, all: &mut [f64], own: &[f64]) {
-        for stretch in &self.stretches {
-            let own = &own[stretch.own..][..stretch.count];
-            let (one, other) = stretch.factors();
-            for (all, own) in all[stretch.from..][..stretch.count].iter_mut().zip(own) {
-                *all += one * own;
-            }
-            let Some((mirrored, _)) = stretch.mirrored else { continue };
-            for (all, own) in all[mirrored..][..stretch.count].iter_mut().zip(own) {
-                *all += other * own;
+        for ((freedom, mirrored), own) in self.basis.iter().zip(own) {
+            match mirrored {
+                None => all[*freedom] += own,
+                Some((image, sign)) => {
+                    all[*freedom] += ROOT_OF_HALF * own;
+                    all[*image] += sign * ROOT_OF_HALF * own;
+                }
             }
         }
     }
 
     /// Whether a motion has no component among these, to the bit.
     pub(crate) fn lack(&self, all: &[f64]) -> bool {
-        self.stretches.iter().all(|stretch| {
-            let of = &all[stretch.from..][..stretch.count];
-            match stretch.mirrored {
-                None => of.iter().all(|x| *x == 0.0),
-                Some((mirrored, sign)) => {
-                    of.iter().zip(&all[mirrored..][..stretch.count]).all(|(a, b)| a + sign * b == 0.0)
-                }
-            }
+        self.basis.iter().all(|(freedom, mirrored)| match mirrored {
+            None => all[*freedom] == 0.0,
+            Some((image, sign)) => all[*freedom] + sign * all[*image] == 0.0,
         })
-    }
-}
-
-impl Stretch {
-    /// How large a motion of size 1 is along its two lines.
-    fn factors(&self) -> (f64, f64) {
-        self.mirrored.map_or((1.0, 0.0), |(_, sign)| (ROOT_OF_HALF, sign * ROOT_OF_HALF))
     }
 }
 

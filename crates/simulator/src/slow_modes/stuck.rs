@@ -15,7 +15,7 @@ use asperity_model::plan::{Drive, DriveSpring};
 use asperity_model::{Lattice, Plan};
 
 use crate::complex::Complex;
-use crate::kernels::{ROWS, Simd};
+use crate::kernels::{self, ROWS};
 use crate::slow_modes::assembly::{Assembly, width};
 use crate::slow_modes::complex_band::ComplexBand;
 use crate::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
@@ -24,7 +24,6 @@ use crate::stop::Stop;
 /// Stiffness and damping of a stuck lattice.
 #[derive(Debug)]
 pub(crate) struct StuckLattice {
-    pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
     /// Stiffness on each freedom from springs other than those between nodes, if any: those that are
     /// mirror images of each other, and other ones.
@@ -104,7 +103,7 @@ impl StuckLattice {
     }
 
     /// `None` if the stiffness is not positive by its numbers, or the stop comes.
-    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd, stop: &Stop<'_>) -> Option<StuckLattice> {
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, stop: &Stop<'_>) -> Option<StuckLattice> {
         let nodes = lattice.nodes();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let friction = (0..lattice.tangential_axes())
@@ -123,7 +122,6 @@ impl StuckLattice {
             if coupled_n_per_m.is_empty() { kept_apart.clone() } else { vec![Motions::all(&lattice)] };
         let factored = |motions: Motions| Factored { motions, factor: OnceLock::new() };
         let mut stuck = StuckLattice {
-            simd,
             lattice,
             held_n_per_m,
             coupled_n_per_m,
@@ -159,24 +157,17 @@ impl StuckLattice {
     /// Turns forces into the displacements `x` with `M x = force`; `false` if the stiffness is not positive
     /// by its numbers, or the stop comes.
     pub(crate) fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool {
-        if let [Factored { motions, .. }] = &self.factors[..]
-            && motions.are_all()
-        {
-            let Some(factor) = self.factor(0, stop) else { return false };
-            factor.solve(self.simd, force);
-        } else {
-            let given = force.to_vec();
-            force.fill(0.0);
-            for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
-                if motions.lack(&given) {
-                    continue;
-                }
-                let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
-                    return false;
-                };
-                factor.solve(self.simd, &mut own);
-                motions.add(force, &own);
+        let given = force.to_vec();
+        force.fill(0.0);
+        for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
+            if motions.lack(&given) {
+                continue;
             }
+            let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
+                return false;
+            };
+            factor.solve(&mut own);
+            motions.add(force, &own);
         }
         for Coupling { freedom, yields_m_per_n, held_n_per_m } in &self.coupling {
             let force_n = held_n_per_m * force[*freedom];
@@ -193,13 +184,13 @@ impl StuckLattice {
             return self.solve(force, stop);
         }
         let Some(factor) = self.factor(class, stop) else { return false };
-        factor.solve(self.simd, force);
+        factor.solve(force);
         true
     }
 
     /// `M u` and `C v`.
     pub(crate) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
-        self.simd.lattice_pull(stiff, damped, u, v, &self.lattice);
+        kernels::lattice_pull(stiff, damped, u, v, &self.lattice);
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;
         }
@@ -211,9 +202,6 @@ impl StuckLattice {
     /// [`StuckLattice::products`] with the same vector, in the basis of a class.
     pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
         let motions = &self.classes[class];
-        if motions.are_all() {
-            return self.products(stiff, damped, x, x);
-        }
         let zeros = || vec![0.0; self.freedoms()];
         let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
         motions.add(&mut all_x, x);
@@ -266,18 +254,18 @@ impl StuckLattice {
         let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
         let Assembly { width, place, .. } = assembly;
         let mut groups = (0..place.len()).step_by(ROWS);
-        let is_positive = groups.all(|from| !stop.look() && self.simd.factor_rows(&mut band, width, from));
+        let is_positive = groups.all(|from| !stop.look() && kernels::factor_rows(&mut band, width, from));
         is_positive.then_some(Factor { band, width, place })
     }
 }
 
 impl Factor {
-    fn solve(&self, simd: Simd, force: &mut [f64]) {
+    fn solve(&self, force: &mut [f64]) {
         let mut placed = vec![0.0; force.len()];
         for (place, force) in self.place.iter().zip(&*force) {
             placed[*place] = *force;
         }
-        simd.solve_band(&mut placed, &self.band, self.width);
+        kernels::solve_band(&mut placed, &self.band, self.width);
         for (place, x) in self.place.iter().zip(force) {
             *x = placed[*place];
         }
@@ -289,13 +277,12 @@ mod tests {
     use asperity_model::{Plan, mixed, resolve};
 
     use super::StuckLattice;
-    use crate::kernels::Simd;
     use crate::slow_modes::pressed;
     use crate::stop::Stop;
 
     fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect(), &Stop::never());
+        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), &Stop::never());
         (plan, stuck.expect("it is positive"))
     }
 

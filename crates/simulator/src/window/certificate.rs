@@ -14,7 +14,7 @@ use std::cell::Cell;
 use asperity_model::Plan;
 
 use crate::chebyshev::{MOST_STEPS, MOST_TERMS};
-use crate::kernels::{Course, Reserve, margin};
+use crate::kernels::{self, Course, Reserve, margin};
 use crate::norms::{Norms, ROUNDING};
 use crate::state::SliderState;
 use crate::strength::StopForce;
@@ -53,8 +53,6 @@ pub(super) struct Certificate {
     bend: Vec<f64>,
     /// Distance of each block from switching over the whole window.
     margin: Vec<f64>,
-    /// Blocks that the bound over the whole window does not clear.
-    doubtful: Vec<usize>,
     /// Number of guards evaluated singly, per place, since this was last reset.
     pub(super) places: u64,
     /// Whether the last window was refused because at its start a block is closer to switching than the
@@ -70,7 +68,6 @@ impl Certificate {
             end: one_each(),
             bend: one_each(),
             margin: one_each(),
-            doubtful: Vec::new(),
             places: 0,
             is_refused_by_reserve: false,
         }
@@ -150,15 +147,15 @@ impl Certificate {
         index: usize,
         reserve: &Reserve,
     ) -> Option<usize> {
-        let &Expansion { blocks, simd, terms, .. } = expansion;
+        let &Expansion { blocks, terms, .. } = expansion;
         let length = &expansion.basis.lengths[index];
         let (now, rate) = expansion.first_guard.both(blocks);
-        simd.follow(
+        kernels::follow(
             &mut self.end,
             &mut self.bend,
             expansion.guard.all(),
             expansion.guard.pitch,
-            [&length.double_sum[..terms], &length.whole[..terms]],
+            [&expansion.basis.double_sum(length.steps)[..terms], &length.whole[..terms]],
         );
         let (stuck_unit, sliding_unit) = expansion.units(plan);
         let course = Course {
@@ -174,18 +171,16 @@ impl Certificate {
             steps: length.steps as f64,
             reserve,
         };
-        self.doubtful.clear();
-        if simd.margins(&mut self.margin, &course) {
-            for (n, margin) in self.margin.iter().enumerate() {
-                let stays = *margin > 0.0;
-                if !stays {
-                    self.doubtful.push(n);
-                }
-            }
-        }
         self.is_refused_by_reserve = false;
+        if !kernels::margins(&mut self.margin, &course) {
+            return Some(index);
+        }
         let mut best = index;
-        for &n in &self.doubtful {
+        for (n, margin) in self.margin.iter().enumerate() {
+            let stays = *margin > 0.0;
+            if stays {
+                continue;
+            }
             match certified_for(plan, expansion, n, best, reserve, &mut self.places) {
                 Some(index) => best = index,
                 None => {
@@ -277,7 +272,7 @@ fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> 
 fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
     alone.places.set(alone.places.get() + 1);
     let length = &expansion.basis.lengths[index];
-    let [sum, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.whole);
+    let [sum, bend] = kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.whole);
     let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
     Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
 }
@@ -305,7 +300,8 @@ fn stays_clear(
     if between.is_empty() {
         // Between neighbouring lengths the sharper bound applies.
         let length = &expansion.basis.lengths[next];
-        let [_, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.last);
+        let [_, bend] =
+            kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.last);
         return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
     }
     let middle_steps = from.steps + (to.steps - from.steps) / 2;
@@ -323,7 +319,7 @@ mod tests {
 
     use super::{Alone, certified_alone};
     use crate::cost::GRID_STEPS;
-    use crate::kernels::{Reserve, Simd, margin};
+    use crate::kernels::{Reserve, margin};
     use crate::window::expansion::Expansion;
 
     #[test]
@@ -340,7 +336,7 @@ mod tests {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let expansion = Expansion::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let expansion = Expansion::new(&plan, plan.elastic.as_chain().unwrap());
             let lengths = &expansion.basis.lengths;
             let longest = lengths.len() - 1;
             let steps = lengths[longest].steps as f64;

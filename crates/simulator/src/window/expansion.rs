@@ -20,7 +20,7 @@ use asperity_model::ends::EndBond;
 
 use crate::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::energy::Radiated;
-use crate::kernels::{Guarded, Held, Second, Simd, TermChain, Terms};
+use crate::kernels::{self, Guarded, Held, TermChain, Terms};
 use crate::operator_cache::OperatorCache;
 use crate::state::SliderState;
 use crate::strength::{Ramp, Strength};
@@ -55,7 +55,6 @@ impl Sizes {
 pub(super) struct Expansion {
     chain: Chain,
     pub(super) blocks: usize,
-    pub(super) simd: Simd,
     pub(super) basis: Arc<Chebyshev>,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
@@ -87,12 +86,10 @@ pub(super) struct Expansion {
 }
 
 impl Expansion {
-    pub(super) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Expansion {
+    pub(super) fn new(plan: &Plan, chain: &Chain) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) if Radiated::of(plan, chain) != Radiated::Apart => {
-                OperatorCache::HERE.basis(plan, chain, simd)
-            }
-            _ => Arc::new(Chebyshev::none()),
+            Some(_) if Radiated::of(plan, chain) != Radiated::Apart => OperatorCache::HERE.basis(plan, chain),
+            _ => Arc::new(Chebyshev::default()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -100,7 +97,6 @@ impl Expansion {
         Expansion {
             chain: *chain,
             blocks,
-            simd,
             basis,
             spring: several(1),
             scaled_spring: several(1),
@@ -134,7 +130,7 @@ impl Expansion {
             self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
             self.strength.follow(plan, state, self.ramp.load);
         }
-        let directed = self.simd.sort(
+        let directed = kernels::sort(
             &mut self.sigma,
             &mut self.spring,
             v,
@@ -150,7 +146,7 @@ impl Expansion {
         let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
-        self.simd.pull(guard, u, v, &self.chain);
+        kernels::pull(guard, u, v, &self.chain);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
@@ -163,7 +159,7 @@ impl Expansion {
         }
         let radiation = friction.law.radiation_kg_per_s();
         if radiation > 0.0 {
-            self.simd.radiate(guard, v, &self.sigma, radiation);
+            kernels::radiate(guard, v, &self.sigma, radiation);
         }
         let held = Held {
             u,
@@ -175,12 +171,12 @@ impl Expansion {
             dt,
             dt_over_m,
         };
-        self.simd.first_difference(d_u, d_v, guard, &held);
+        kernels::first_difference(d_u, d_v, guard, &held);
         if rigid {
             hold_stuck(&self.sigma, d_u, d_v);
         }
         // The second difference includes the constant rates of drive and load.
-        self.simd.pull(d_guard, d_u, d_v, &self.chain);
+        kernels::pull(d_guard, d_u, d_v, &self.chain);
         let advance_m = plan.advance_m(state.step, state.hold_step);
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -196,11 +192,11 @@ impl Expansion {
             }
         }
         if radiation > 0.0 {
-            self.simd.radiate(d_guard, d_v, &self.sigma, radiation);
+            kernels::radiate(d_guard, d_v, &self.sigma, radiation);
         }
-        let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
+        let second = Held { u: d_u, v: d_v, ..held };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
-        self.simd.second_difference(first_u, first_v, d_guard, &second);
+        kernels::second_difference(first_u, first_v, d_guard, &second);
         if rigid {
             hold_stuck(&self.sigma, first_u, first_v);
         }
@@ -231,11 +227,11 @@ impl Expansion {
             limit: &self.strength.threshold_n[..blocks],
             decline: self.ramp.fall(),
         };
-        self.simd.first_crossing(&guarded)
+        kernels::first_crossing(&guarded)
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
-        let size = |values: &[f64]| self.simd.largest(values);
+        let size = |values: &[f64]| kernels::largest(values);
         let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
         Sizes {
             now,
@@ -246,7 +242,7 @@ impl Expansion {
     }
 
     fn size_of_term(&self, term: usize) -> [f64; 2] {
-        [&self.u, &self.v].map(|rows| self.simd.largest(rows.row(term)))
+        [&self.u, &self.v].map(|rows| kernels::largest(rows.row(term)))
     }
 
     /// Adds terms until the truncation of a window of this length is negligible, at most as many as are
@@ -277,7 +273,7 @@ impl Expansion {
     pub(super) fn scale_springs(&mut self, plan: &Plan) {
         let unit = self.unit_of_terms(plan);
         self.scaled_spring.copy_from_slice(&self.spring);
-        self.simd.scale(&mut self.scaled_spring, unit);
+        kernels::scale(&mut self.scaled_spring, unit);
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;
@@ -325,7 +321,7 @@ impl Expansion {
         };
         let pitch = self.u.pitch;
         let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
-        self.simd.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        kernels::terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
         if plan.friction.law.detaches_by_spring() {
             for term in from..to {
                 let guards = self.guard.row_mut(term)[..blocks].iter_mut().zip(self.u.row(term));
@@ -356,7 +352,7 @@ impl Expansion {
 
     /// The sums of displacements of all blocks over `steps` states.
     pub(super) fn displacement_sums_m(&self, sums_m: &mut [f64], steps: u64, coefficients: &[f64]) {
-        self.simd.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
+        kernels::combine(sums_m, self.u.all(), self.u.pitch, coefficients);
         let (now, rate) = self.first_u.both(self.blocks);
         let count = steps as f64;
         for ((sum, now), rate) in sums_m.iter_mut().zip(now).zip(rate) {
@@ -364,16 +360,17 @@ impl Expansion {
         }
     }
 
-    /// Writes displacements and velocities after `steps` steps, given the coefficients of the terms.
-    pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut SliderState) {
+    /// Writes displacements and velocities after `steps` steps.
+    pub(super) fn compose(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
+        let coefficients = &self.basis.double_sum(steps)[..self.terms];
         let parts = [
             (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
             (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),
         ];
         for (values, first, terms, unit) in parts {
-            self.simd.combine(values, terms.all(), terms.pitch, coefficients);
+            kernels::combine(values, terms.all(), terms.pitch, coefficients);
             let (now, rate) = first.both(self.blocks);
-            self.simd.add_course(values, now, rate, steps as f64, unit);
+            kernels::add_course(values, now, rate, steps as f64, unit);
         }
     }
 }

@@ -244,7 +244,7 @@ fn a_symmetric_run_stays_symmetric() {
 #[test]
 fn energies_over_an_area_close() {
     for (base, sets) in CASES {
-        let records = records(Plain::new(plan(base, sets)));
+        let records = records(Box::new(Plain::new(plan(base, sets))));
         assert_balanced(&records, 1e-11, &format!("{sets:?}"));
         let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-3 * last.drive_work_j, "{sets:?}: {last:?}");

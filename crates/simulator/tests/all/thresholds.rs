@@ -21,7 +21,7 @@ const FAR_N: f64 = 1e9;
 fn forces_n(plan: &Plan) -> Vec<Vec<f64>> {
     let mut plan = plan.clone();
     plan.recording.fields_every_steps = 1;
-    let records = records(Plain::new(plan));
+    let records = records(Box::new(Plain::new(plan)));
     fields(&records).into_iter().map(|state| state.tangential_force_n.clone()).collect()
 }
 

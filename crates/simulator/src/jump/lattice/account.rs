@@ -7,11 +7,12 @@ use asperity_model::Plan;
 
 use crate::complex::Complex;
 use crate::jump::Forced;
-use crate::jump::lattice::certificate::Part;
+use crate::jump::certificate::Part;
+use crate::jump::lattice::Jump;
+use crate::kernels;
 use crate::lattice_energy::stored_j;
 use crate::ledger::Ledger;
-use crate::modes::Coordinates;
-use crate::slow_modes::{StuckLattice, pressed};
+use crate::slow_modes::pressed;
 use crate::state::SliderState;
 
 /// Largest number of orders for the work of the scheme, and the share of it that is negligible.
@@ -35,33 +36,23 @@ struct Worth {
     ahead_j: f64,
 }
 
-/// A jump whose energies are asked for.
-pub(crate) struct Account<'a, const D: usize> {
-    pub(crate) plan: &'a Plan,
-    pub(crate) stuck: &'a StuckLattice,
-    pub(crate) forced: &'a Forced,
-    pub(crate) parts: &'a [Part<D>],
-    /// Arrays over all freedoms to work in.
-    pub(crate) work: [&'a mut [f64]; 5],
-}
-
-impl<const D: usize> Account<'_, D> {
+impl<const D: usize> Jump<D> {
     /// The energies of the state from which the jump starts.
-    pub(crate) fn start(&mut self, state: &SliderState) -> Start {
-        Start { ledger: state.energy, here: self.worth(state, 0) }
+    pub(super) fn energies_at_start(&mut self, plan: &Plan, state: &SliderState) -> Start {
+        Start { ledger: state.energy, here: self.worth(plan, state, 0) }
     }
 
     /// Brings the ledger of a state up to `into` steps of the jump, the step of the state.
-    pub(crate) fn bring_up(&mut self, start: &Start, into: u64, state: &mut SliderState) {
-        let Start { mut ledger, here: start } = *start;
-        let here = self.worth(state, into);
-        let (drive_j, load_j) = (self.drive_work_j(into), self.load_work_j(into));
+    pub(crate) fn bring_up(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
+        let Start { mut ledger, here: start } = self.start;
+        let here = self.worth(plan, state, into);
+        let (drive_j, load_j) = (self.drive_work_j(plan, into), self.load_work_j(plan, into));
         let scheme_j = here.scheme_j - start.scheme_j;
         let stored_j = (here.kinetic_j - start.kinetic_j) + (here.elastic_j - start.elastic_j);
         ledger.drive_work_j.add(drive_j);
         ledger.load_work_j.add(load_j);
         // Without dampers the rest is rounding.
-        if self.plan.elastic.damping_kg_per_s() > 0.0 {
+        if plan.elastic.damping_kg_per_s() > 0.0 {
             ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
         }
         ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));
@@ -71,27 +62,26 @@ impl<const D: usize> Account<'_, D> {
     /// Adds to a sum a function of every mode: of its rate, its coordinate, and the growth of that over a
     /// number of steps.
     fn add_modes(&self, sum: f64, steps: u64, of: impl Fn(&Part<D>, usize, [Complex; 3]) -> f64) -> f64 {
-        let at = |of: &Coordinates, mode: usize| Complex { re: of.re[mode], im: of.im[mode] };
         self.parts.iter().fold(sum, |sum, part| {
             let growth = part.modes.slow.powers.growth(steps);
             part.modes.slow.rates.iter().enumerate().fold(sum, |sum, (mode, s)| {
-                sum + of(part, mode, [*s, at(&part.coordinates, mode), at(&growth, mode)])
+                sum + of(part, mode, [*s, part.coordinates.at(mode), growth.at(mode)])
             })
         })
     }
 
-    fn drive_work_j(&self, into: u64) -> f64 {
-        let Forced { position_m, from_step, hold_step, .. } = self.forced;
+    fn drive_work_j(&self, plan: &Plan, into: u64) -> f64 {
+        let Forced { position_m, from_step, hold_step, .. } = &self.forced;
         let moving = into.min(hold_step.saturating_sub(*from_step));
-        let advance_m = self.plan.drive.velocity_m_per_s * self.stuck.step_s;
+        let advance_m = plan.drive.velocity_m_per_s * self.precomputed.stuck.step_s;
         if moving == 0 || advance_m == 0.0 {
             return 0.0;
         }
         // If the point stops within the jump, it does so in the first step.
         let count = moving as f64;
-        let point_m = self.plan.drive_point_m(from_step + 1, u64::MAX) - 0.5 * advance_m;
-        let force = self.plan.drive.total_force_n(point_m, position_m);
-        let rate = self.forced.drive_rate_n(self.plan);
+        let point_m = plan.drive_point_m(from_step + 1, u64::MAX) - 0.5 * advance_m;
+        let force = plan.drive.total_force_n(point_m, position_m);
+        let rate = self.forced.drive_rate_n(plan);
         // `sum z^i` of each mode over the steps, times its effect.
         let swung = self.add_modes(0.0, moving, |part, mode, [s, c, grown]| {
             (c * part.modes.drive_n[mode] * grown / s).re
@@ -101,10 +91,10 @@ impl<const D: usize> Account<'_, D> {
 
     /// `-sum L_j (U_j - U_{j - 1})` with `U = sum F_n u_z` and `L` the load over that of the start,
     /// linear in time.
-    fn load_work_j(&self, into: u64) -> f64 {
+    fn load_work_j(&self, plan: &Plan, into: u64) -> f64 {
         let count = into as f64;
         let (first, rate) = (self.forced.ramp.load.scaled_n(1.0), self.forced.ramp.change_n(1.0));
-        let parts = pressed(self.plan, &self.stuck.lattice);
+        let parts = pressed(plan, &self.precomputed.stuck.lattice);
         let advance_j: f64 = parts.map(|(freedom, load_n)| load_n * self.forced.advance_m[freedom]).sum();
         let work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
         let work_j = self.add_modes(work_j, into, |part, mode, [s, c, grown]| {
@@ -116,26 +106,23 @@ impl<const D: usize> Account<'_, D> {
     }
 
     /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping.
-    fn worth(&mut self, state: &SliderState, into: u64) -> Worth {
-        let Account { plan, stuck, forced, work, .. } = self;
-        let (plan, stuck): (&Plan, &StuckLattice) = (plan, stuck);
-        let Forced { moves, hold_step, ramp, .. } = **forced;
-        let [du, dv, stiff, damped, scratch] = work;
+    fn worth(&mut self, plan: &Plan, state: &SliderState, into: u64) -> Worth {
+        let Jump { precomputed, forced, u: du, w: dv, stiff, damped, scratch, .. } = self;
+        let (stuck, Forced { moves, hold_step, ramp, .. }) = (&precomputed.stuck, &*forced);
         let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        let simd = stuck.simd;
         let product = |a: &[f64], b: &[f64]| {
             let mut product = [0.0];
-            simd.dots(&mut product, a, b);
+            kernels::dots(&mut product, a, b);
             product[0]
         };
         let (kinetic_j, elastic_j) = stored_j(plan, &stuck.lattice, state);
         // The outer forces of the next step, as if the jump continued.
-        let hold_step = if moves { u64::MAX } else { hold_step };
+        let hold_step = if *moves { u64::MAX } else { *hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
-        let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        let advance_m = if *moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (load, load_change) = (ramp.ahead(into as f64), ramp.change_n(1.0));
-        simd.lattice_pull(stiff, damped, u, v, &stuck.lattice);
+        kernels::lattice_pull(stiff, damped, u, v, &stuck.lattice);
         let ahead_j = 0.5 * dt * product(stiff, v);
         // `g x`.
         let steady_j = |x: &[f64]| {
@@ -150,7 +137,7 @@ impl<const D: usize> Account<'_, D> {
         let loss = -product(damped, v);
         // `D v` and `D u`.
         let by_force = dt / mass;
-        for ((dv, stiff), damped) in dv.iter_mut().zip(&**stiff).zip(&**damped) {
+        for ((dv, stiff), damped) in dv.iter_mut().zip(&*stiff).zip(&*damped) {
             *dv = stiff + damped;
         }
         let kt = plan.friction.interfacial_stiffness_n_per_m;

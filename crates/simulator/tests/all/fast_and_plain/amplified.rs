@@ -20,7 +20,7 @@ fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
         *velocity *= 1.0 + nudge;
     }
     nudged.restore(&state);
-    records(nudged)
+    records(Box::new(nudged))
 }
 
 /// Relative difference of forces on blocks that switch, between the plain stepper and itself with

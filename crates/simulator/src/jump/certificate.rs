@@ -2,7 +2,8 @@
 //!
 //! A contact stays as it is while `mu_s p_n - |tau_n|` and `p_n` are positive. For the
 //! forced part, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time; without a foundation `p_n`
-//! is given, and follows the course of the load. Over an area, `tau_n` is a vector: the magnitude of the
+//! is given, and follows the course of the load. It need not be looked at by itself: where it vanishes, so does the
+//! strength. Over an area, `tau_n` is a vector: the magnitude of the
 //! forced part is convex, so what remains of the strength is concave, least at the ends of a stretch; and a mode
 //! adds at most the magnitude of its sizes along both axes. The sizes of the modes
 //! fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not enough,
@@ -21,12 +22,12 @@ use asperity_model::{Lattice, Plan};
 use crate::clearance::Clearance;
 use crate::complex::Complex;
 use crate::jump::Forced;
-use crate::kernels::Simd;
+use crate::kernels;
 use crate::modes::Coordinates;
 use crate::norms::ROUNDING;
-use crate::slow_modes::{ClassModes, sizes};
+use crate::slow_modes::ClassModes;
 use crate::state::SliderState;
-use crate::strength::StopForce;
+use crate::strength::{StopForce, least_threshold_n};
 
 /// Stretches whose ends are evaluated exactly.
 #[derive(Debug, Clone, Copy)]
@@ -69,11 +70,11 @@ impl<const D: usize> Part<D> {
 pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a SliderState,
-    pub(crate) lattice: &'a Lattice,
-    pub(crate) simd: Simd,
+    pub(crate) lattice: Lattice,
     pub(crate) forced: &'a Forced,
+    /// Modes whose swing is followed from stretch to stretch; none of a chain, which is certified at once.
     pub(crate) parts: &'a [Part<D>],
-    /// Static coefficients of the contacts.
+    /// Static coefficients of contacts on a foundation.
     pub(crate) coefficients: &'a [f64],
     /// What the magnitude of a force, a normal load and the sum of the driving forces may be off by.
     pub(crate) reserves: [f64; 3],
@@ -86,17 +87,23 @@ struct Near<const D: usize> {
 }
 
 /// How much the modes may add from some step on.
-struct Swing {
-    force_n: Vec<f64>,
+#[derive(Debug, Clone)]
+pub(crate) struct Swing {
+    pub(crate) force_n: Vec<f64>,
     load_n: Vec<f64>,
     drive_n: f64,
+}
+
+impl Swing {
+    pub(crate) fn none(plan: &Plan) -> Swing {
+        Swing { force_n: vec![0.0; plan.blocks], load_n: vec![0.0; plan.blocks], drive_n: 0.0 }
+    }
 }
 
 impl<const D: usize> Certificate<'_, D> {
     /// Steps for which the forced part alone neither switches a contact nor stops the drive.
     pub(crate) fn of_forced(&self) -> u64 {
-        let none = vec![0.0; self.plan.blocks];
-        self.certified(0, &Swing { force_n: none.clone(), load_n: none, drive_n: 0.0 })
+        self.certified(0, &Swing::none(self.plan))
     }
 
     fn stretches(&self) -> Stretches {
@@ -130,12 +137,11 @@ impl<const D: usize> Certificate<'_, D> {
 
     /// How much the modes may add from there on.
     fn swing(&self, coordinates: &[Coordinates]) -> Swing {
-        let none = || vec![0.0; self.plan.blocks];
-        let mut swing = Swing { force_n: none(), load_n: none(), drive_n: 0.0 };
+        let mut swing = Swing::none(self.plan);
         for (part, coordinates) in self.parts.iter().zip(coordinates) {
-            let sizes = sizes(coordinates);
-            self.simd.add_columns(&mut swing.force_n, &part.modes.most_force_n, &sizes);
-            self.simd.add_columns(&mut swing.load_n, &part.modes.most_load_n, &sizes);
+            let sizes = coordinates.sizes();
+            kernels::add_columns(&mut swing.force_n, &part.modes.most_force_n, &sizes);
+            kernels::add_columns(&mut swing.load_n, &part.modes.most_load_n, &sizes);
             for (size, drive) in sizes.iter().zip(&part.modes.drive_n) {
                 swing.drive_n += size * drive.size();
             }
@@ -145,18 +151,15 @@ impl<const D: usize> Certificate<'_, D> {
 
     /// Steps from the start of the jump for which this swing neither switches a contact nor stops the
     /// drive, provided that the state at `from` is certified; otherwise `from`.
-    fn certified(&self, from: u64, swing: &Swing) -> u64 {
+    pub(crate) fn certified(&self, from: u64, swing: &Swing) -> u64 {
         let [of_force, of_load, of_drive] = self.reserves;
         let mut clearance = Clearance::ENDLESS;
         for n in 0..self.plan.blocks {
             let (force, rate) = self.forced.friction_n::<D>(self.plan, self.state, n, from as f64);
-            let (load, load_rate) = self.forced_load_n(n, from as f64);
-            let mu = self.coefficients[n];
-            let bears = load - swing.load_n[n] - of_load;
-            let room = mu * bears * (1.0 - ROUNDING) - swing.force_n[n] - of_force;
-            let stays = clearance.stays_above(bears, -load_rate)
-                && clearance.stays_within(force, rate, room, -mu * load_rate);
-            if !stays {
+            let (strength, change) = self.strength_n(n, from as f64, swing.load_n[n] + of_load);
+            let room = strength - ROUNDING * strength - of_force - swing.force_n[n];
+            // The strength may come down to meet the force.
+            if !clearance.stays_within(force, rate, room, -change) {
                 return from;
             }
         }
@@ -167,15 +170,16 @@ impl<const D: usize> Certificate<'_, D> {
         from.saturating_add(clearance.steps())
     }
 
-    /// Normal load of a contact in the forced part `into` steps after the first, and its change in a step.
-    fn forced_load_n(&self, contact: usize, into: f64) -> (f64, f64) {
+    /// Strength of a contact in the forced part `into` steps after the first, and its change in a step. On a
+    /// foundation its normal load may be `less_n` smaller; otherwise the load is given.
+    fn strength_n(&self, contact: usize, into: f64, less_n: f64) -> (f64, f64) {
         let Some(normal) = self.lattice.first_normal() else {
-            let (at_start_n, ramp) = (self.plan.normal_load_n[contact], self.forced.ramp);
+            let (at_start_n, ramp) = (least_threshold_n(self.plan, self.state)[contact], self.forced.ramp);
             return (ramp.ahead(into).scaled_n(at_start_n), ramp.change_n(at_start_n));
         };
-        let (kf, z) = (self.lattice.foundation_n_per_m, normal + contact);
+        let (kf, z, mu) = (self.lattice.foundation_n_per_m, normal + contact, self.coefficients[contact]);
         let rate = -kf * self.forced.advance_m[z];
-        (-kf * self.forced.position_m[z] + into * rate, rate)
+        (mu * (-kf * self.forced.position_m[z] + into * rate - less_n), mu * rate)
     }
 
     /// The step up to which nothing switches, found by short stretches whose ends are evaluated exactly. At the
@@ -217,10 +221,10 @@ impl<const D: usize> Certificate<'_, D> {
             Swing { force_n: vec![of_force; contacts], load_n: vec![of_load; contacts], drive_n: 0.0 };
         for (part, coordinates) in self.parts.iter().zip(coordinates) {
             let rates = part.modes.slow.rates.iter();
-            let sizes = sizes(coordinates).into_iter().zip(rates);
+            let sizes = coordinates.sizes().into_iter().zip(rates);
             let bends: Vec<f64> = sizes.map(|(size, s)| bend * size * (s.re * s.re + s.im * s.im)).collect();
-            self.simd.add_columns(&mut bent.force_n, &part.modes.most_force_n, &bends);
-            self.simd.add_columns(&mut bent.load_n, &part.modes.most_load_n, &bends);
+            kernels::add_columns(&mut bent.force_n, &part.modes.most_force_n, &bends);
+            kernels::add_columns(&mut bent.load_n, &part.modes.most_load_n, &bends);
             let drives = bends.iter().zip(&part.modes.drive_n);
             bent.drive_n += drives.map(|(bend, drive)| bend * drive.size()).sum::<f64>();
         }
@@ -235,10 +239,9 @@ impl<const D: usize> Certificate<'_, D> {
             let most = [swing.force_n[n], swing.load_n[n]].map(|swing| swing * (1.0 + ROUNDING_OF_SUMS));
             steps.iter().all(|into| {
                 let (force, _) = self.forced.friction_n::<D>(self.plan, self.state, n, *into as f64);
-                let bears = self.forced_load_n(n, *into as f64).0 - most[1] - bent.load_n[n];
-                let room = self.coefficients[n] * bears * (1.0 - ROUNDING) * (1.0 - ROUNDING_OF_SUMS)
-                    - bent.force_n[n];
-                bears > 0.0 && magnitude(force) * (1.0 + ROUNDING_OF_SUMS) + most[0] < room
+                let (strength, _) = self.strength_n(n, *into as f64, most[1] + bent.load_n[n]);
+                let room = strength * (1.0 - ROUNDING) * (1.0 - ROUNDING_OF_SUMS) - bent.force_n[n];
+                magnitude(force) * (1.0 + ROUNDING_OF_SUMS) + most[0] < room
             })
         };
         let near = (0..contacts).filter(|n| !is_far(*n));
@@ -268,9 +271,9 @@ impl<const D: usize> Certificate<'_, D> {
             }
             let n = *contact;
             let (force, _) = self.forced.friction_n::<D>(self.plan, self.state, n, into as f64);
-            let bears = self.forced_load_n(n, into as f64).0 + loads - bent.load_n[n];
-            let room = self.coefficients[n] * bears * (1.0 - ROUNDING) - bent.force_n[n];
-            bears > 0.0 && magnitude(array::from_fn::<f64, D, _>(|axis| force[axis] + forces[axis])) < room
+            let (strength, _) = self.strength_n(n, into as f64, bent.load_n[n] - loads);
+            let room = strength * (1.0 - ROUNDING) - bent.force_n[n];
+            magnitude(array::from_fn::<f64, D, _>(|axis| force[axis] + forces[axis])) < room
         });
         let Some(stop) = StopForce::of(self.plan, self.state.hold_step) else { return are_clear };
         let swings = self.parts.iter().zip(coordinates).map(|(part, c)| {

@@ -315,10 +315,6 @@ impl<L: Leaps> Solver for Fast<L> {
         Snapshot { slider: self.stepper.state().clone(), pace: self.pace }
     }
 
-    fn fork(&self) -> Box<dyn Solver> {
-        Box::new(self.clone())
-    }
-
     fn restore(&mut self, snapshot: &Snapshot) {
         self.stepper.restore(&snapshot.slider);
         self.pace = snapshot.pace;

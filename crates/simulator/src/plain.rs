@@ -19,7 +19,7 @@ use crate::stepper::Stepper;
 use crate::stop::{Stop, steps_between_looks};
 
 /// Takes every step singly.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Plain {
     plan: Arc<Plan>,
     stepper: Box<dyn AnyStepper>,
@@ -31,7 +31,6 @@ trait AnyStepper: SingleSteps + Debug + Send {
     fn take_step(&mut self) -> Driving;
     fn counters(&self) -> Counters;
     fn restore(&mut self, state: &SliderState);
-    fn boxed(&self) -> Box<dyn AnyStepper>;
 }
 
 impl<B: OfPlan> AnyStepper for Stepper<B> {
@@ -45,16 +44,6 @@ impl<B: OfPlan> AnyStepper for Stepper<B> {
 
     fn restore(&mut self, state: &SliderState) {
         self.restore(state);
-    }
-
-    fn boxed(&self) -> Box<dyn AnyStepper> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn AnyStepper> {
-    fn clone(&self) -> Box<dyn AnyStepper> {
-        (**self).boxed()
     }
 }
 
@@ -142,10 +131,6 @@ impl Solver for Plain {
 
     fn snapshot(&self) -> Snapshot {
         Snapshot { slider: self.state().clone(), pace: Pace::default() }
-    }
-
-    fn fork(&self) -> Box<dyn Solver> {
-        Box::new(self.clone())
     }
 
     fn restore(&mut self, snapshot: &Snapshot) {

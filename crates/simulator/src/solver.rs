@@ -63,52 +63,11 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// An independent copy.
-    fn fork(&self) -> Box<dyn Solver>;
-
     /// Continues from a snapshot, and drops records that were not yet returned.
     ///
     /// # Panics
     /// If the state is of a slider of another size.
     fn restore(&mut self, snapshot: &Snapshot);
-}
-
-impl<S: Solver + ?Sized> Solver for Box<S> {
-    fn name(&self) -> &'static str {
-        (**self).name()
-    }
-
-    fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
-        (**self).next_record_unless(stop)
-    }
-
-    fn step(&self) -> u64 {
-        (**self).step()
-    }
-
-    fn is_between_records(&self) -> bool {
-        (**self).is_between_records()
-    }
-
-    fn snapshot(&self) -> Snapshot {
-        (**self).snapshot()
-    }
-
-    fn counters(&self) -> Counters {
-        (**self).counters()
-    }
-
-    fn fallbacks(&self) -> Vec<&'static str> {
-        (**self).fallbacks()
-    }
-
-    fn fork(&self) -> Box<dyn Solver> {
-        (**self).fork()
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) {
-        (**self).restore(snapshot);
-    }
 }
 
 /// A run that cannot continue.

@@ -271,7 +271,8 @@ mod tests {
                         .map(|(&j, factor)| factor * window.expansion.simd.largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
-                let mut plain = start.clone();
+                let mut plain = Plain::new(plan.clone());
+                plain.restore(&state.clone().into());
                 'lengths: for index in 0..=opened {
                     while plain.step() < window.steps(index) {
                         plain.take_step();
@@ -325,7 +326,7 @@ mod tests {
                     assert!(window.expansion.terms == length.terms || sizes.are_negligible(left_out));
                     counts.push(window.expansion.terms);
 
-                    let mut plain = start.clone();
+                    let mut plain = Plain::new(plan.clone());
                     plain.restore(&state.clone().into());
                     while plain.step() < state.step + window.steps(index) {
                         plain.take_step();

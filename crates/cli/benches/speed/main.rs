@@ -24,7 +24,7 @@ use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use asperity_model::Plan;
-use asperity_simulator::{Counters, Plain, Solver, SolverKind};
+use asperity_simulator::{Counters, Plain, SolverKind};
 
 /// Rounds of each comparison; the median counts.
 const ROUNDS: usize = 5;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use asperity_model::{Plan, resolve};
 use asperity_record::Direction;
-use asperity_simulator::{Plain, SliderState, Solver};
+use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 
 use crate::fast_and_plain::{assert_balanced, last_energy, records, switched};
 use crate::page::{self, Page, Switches, does_what_the_page_says};
@@ -244,7 +244,7 @@ fn a_symmetric_run_stays_symmetric() {
 #[test]
 fn energies_over_an_area_close() {
     for (base, sets) in CASES {
-        let records = records(Plain::new(plan(base, sets)));
+        let records = records(SolverKind::Plain.start(plan(base, sets)));
         assert_balanced(&records, 1e-11, &format!("{sets:?}"));
         let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-3 * last.drive_work_j, "{sets:?}: {last:?}");

@@ -2,7 +2,7 @@
 
 use asperity_model::Plan;
 use asperity_record::{Energy, StepRecord};
-use asperity_simulator::{Solver, SolverKind};
+use asperity_simulator::SolverKind;
 
 use crate::fast_and_plain::{agree, fields, run, steps};
 

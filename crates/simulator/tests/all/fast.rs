@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use asperity_simulator::{Counters, Solver, SolverKind};
+use asperity_simulator::{Counters, SolverKind};
 use asperity_testkit::{Random, plan};
 
 use crate::fast_and_plain::{TOLERANCE, compare, compare_random, fields, run};

@@ -2,7 +2,7 @@
 
 use asperity_model::Plan;
 use asperity_record::{Energy, RunStatus, StepRecord};
-use asperity_simulator::{MOST_SCHEME_SHARE, SimulationError, Solver, SolverKind};
+use asperity_simulator::{MOST_SCHEME_SHARE, SimulationError, SolverKind};
 
 use crate::fast_and_plain::{run, steps, to_its_error};
 
@@ -141,7 +141,7 @@ fn no_run_goes_on_behind_its_stop() {
     let sets = ["parameter_set=as-stated", "slider.blocks=24", "time.step_s=2.5e-6"];
     let plan = asperity_testkit::plan("rigid-contacts", &sets);
     let mut solver = SolverKind::Fast.start(plan);
-    let error = to_its_error(&mut solver);
+    let error = to_its_error(&mut *solver);
     assert_eq!(error.status(), RunStatus::StoppedEnergy);
     assert!(!solver.is_between_records());
     assert_eq!(solver.next_record(), Err(error));

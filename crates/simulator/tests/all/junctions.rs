@@ -1,7 +1,7 @@
 //! Runs with junctions: against the law applied to every junction in every step, energies, restored states.
 
 use asperity_record::{Record, StepRecord};
-use asperity_simulator::{Plain, Solver, SolverKind};
+use asperity_simulator::{Plain, SolverKind};
 use asperity_testkit::{DirectChain, Random, plan};
 
 use crate::fast_and_plain::{assert_balanced, last_energy, left_of, run, steps};

@@ -227,21 +227,21 @@ fn friction_follows_the_load() {
 
 #[test]
 fn a_top_drive_that_falls_off_at_once_is_a_side_drive() {
-    let side = records(Plain::new(plan(&[])));
+    let side = records(SolverKind::Plain.start(plan(&[])));
     let falling = plan(&["drive.kind=top", "drive.decay_length_m=1e-6"]);
-    assert_eq!(records(Plain::new(falling)), side);
+    assert_eq!(records(SolverKind::Plain.start(falling)), side);
 }
 
 #[test]
 fn a_schedule_that_changes_nothing_changes_nothing() {
-    let constant = records(Plain::new(plan(&[])));
+    let constant = records(SolverKind::Plain.start(plan(&[])));
     let even = ["normal_load.schedule_s=[0.01,0.05,0.1]", "normal_load.schedule_n=[400,400,400]"];
-    assert_eq!(records(Plain::new(plan(&even))), constant);
+    assert_eq!(records(SolverKind::Plain.start(plan(&even))), constant);
 }
 
 #[test]
 fn ageing_at_no_rate_changes_nothing() {
-    let switches = |sets: &[&str]| entries(&records(Plain::new(plan(sets))));
+    let switches = |sets: &[&str]| entries(&records(SolverKind::Plain.start(plan(sets))));
     let young = switches(&[]);
     // A rate indistinguishable from zero, handled by the code for a positive rate.
     assert_eq!(switches(&["friction.ageing_coefficient=1e-30"]), young);
@@ -251,7 +251,7 @@ fn ageing_at_no_rate_changes_nothing() {
 #[test]
 fn a_contact_has_aged_by_the_logarithm_of_its_time_at_rest() {
     let plan = plan(&["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-4"]);
-    let records = records(Plain::new(plan.clone()));
+    let records = records(SolverKind::Plain.start(plan.clone()));
     let mut since = vec![0; plan.blocks];
     let mut held = 0;
     for record in steps(&records) {

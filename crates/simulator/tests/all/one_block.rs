@@ -9,7 +9,7 @@
 use asperity_model::Plan;
 use asperity_model::laws::FrictionLaw;
 use asperity_record::{Direction, StepRecord};
-use asperity_simulator::{Solver, SolverKind};
+use asperity_simulator::SolverKind;
 
 use crate::fast_and_plain::{agree, run, switching};
 

@@ -240,7 +240,7 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
             "recording.window=[{from_s=0.2, to_s=0.2001, every_s=1e-5, first_block=3, last_block=4}]",
         ],
     );
-    let records = records(Plain::new(plan));
+    let records = records(SolverKind::Plain.start(plan));
     let steps = steps(&records);
     let samples = steps.iter().filter(|record| record.step % 10_000 == 0).count();
     assert_eq!(samples, 900);
@@ -271,7 +271,7 @@ fn ruptures_are_recorded_while_they_are_large() {
     // While three blocks slide at once.
     let ruptures = ["recording.rupture_fields_from_blocks=3", "recording.rupture_fields_s=2e-5"];
     let open = "recording.window=[{from_s=0,to_s=0.1,every_s=2e-5,first_block=1,last_block=12}]";
-    let all = records(Plain::new(plan(&[open])));
+    let all = records(SolverKind::Plain.start(plan(&[open])));
     let expected: Vec<&WindowRecord> =
         windows(&all).into_iter().filter(|record| record.sliding >= 3).collect();
     assert!(expected.len() > 30, "{} records", expected.len());

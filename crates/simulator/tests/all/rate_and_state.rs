@@ -415,7 +415,7 @@ fn a_uniform_chain_is_a_slider() {
 fn a_run_whose_steps_no_longer_end_is_stopped() {
     let mut solver =
         solver(&plan("spring-slider", &["drive.stiffness_n_per_m=1e30", "friction.inertia=true"]));
-    let error = to_its_error(&mut solver);
+    let error = to_its_error(&mut *solver);
     assert!(matches!(error, SimulationError::Stalled { .. }), "{error}");
     assert_eq!(error.status(), RunStatus::StoppedStalled);
     assert_eq!(solver.next_record(), Err(error));

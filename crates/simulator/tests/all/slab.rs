@@ -101,7 +101,7 @@ fn energies_of_a_slab_close() {
         &["normal_load.schedule_s=[0.05,0.15]", "normal_load.schedule_n=[1920,600]"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", "slider.relative_damping=0.05"],
     ] {
-        let records = records(Plain::new(plan(sets)));
+        let records = records(SolverKind::Plain.start(plan(sets)));
         assert_balanced(&records, 1e-11, &format!("{sets:?}"));
         let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-2 * last.drive_work_j, "{sets:?}: {last:?}");
@@ -117,7 +117,7 @@ fn energies_of_a_slab_close() {
 #[test]
 fn the_scheme_does_less_work_in_shorter_steps() {
     let of = |step: &str| {
-        let energy = last_energy(&records(Plain::new(plan(&[step, "time.duration_s=0.05"]))));
+        let energy = last_energy(&records(SolverKind::Plain.start(plan(&[step, "time.duration_s=0.05"]))));
         energy.scheme_work_j / energy.drive_work_j
     };
     let (long, short) = (of("time.step_s=1e-5"), of("time.step_s=2.5e-6"));

@@ -2,7 +2,7 @@
 
 use asperity_model::{Plan, resolve};
 use asperity_record::Record;
-use asperity_simulator::{Next, Solver, SolverKind, Stop};
+use asperity_simulator::{Next, SolverKind, Stop};
 
 /// Most numbers of single steps between two looks, with one step more, and what a step costs besides its numbers.
 const NUMBERS_BETWEEN_LOOKS: u64 = (1 << 22) + (1 << 17);

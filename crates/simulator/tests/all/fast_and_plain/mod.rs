@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use asperity_model::Plan;
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
-use asperity_simulator::equality::{self, Agreement, Disagreement};
 use asperity_simulator::{Counters, Plain, SimulationError, SliderState, Solver, SolverKind};
+use asperity_testkit::equality::{self, Agreement, Disagreement};
 use asperity_testkit::{Random, plan};
 
 mod amplified;
@@ -21,8 +21,8 @@ pub(crate) const TOLERANCE: f64 = 1e-9;
 const EXTREME_TOLERANCE: f64 = 1e-6;
 
 /// All records that are left of a run, which must not fail.
-pub(crate) fn records(mut solver: impl Solver) -> Vec<Record> {
-    left_of(&mut solver)
+pub(crate) fn records(mut solver: Box<dyn Solver>) -> Vec<Record> {
+    left_of(&mut *solver)
 }
 
 /// As [`records`], of a solver that is needed behind its end.

@@ -74,7 +74,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             Refusals { entries, errors }.refuse(
                 "slider.rows",
                 problem,
-                format!("a {} that its load presses onto all of its contacts", scenario.elastic().name()),
+                format!("a {} that its load presses onto all of its contacts", scenario.elastic().table.name),
             );
         }
         return;
@@ -310,7 +310,7 @@ fn fits(quantity: Quantity, scenario: &Scenario) -> bool {
 }
 
 fn every_contact_has_load_and_stiffness(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let body = scenario.elastic().name();
+    let body = scenario.elastic().table.name;
     for (quantity, symbol, is_known, of) in [
         (Quantity::Stiffness, "k_t", !scenario.slider.is_lattice(), "a chain"),
         (Quantity::Load, "p", !scenario.elastic().has_foundation(), "a chain or a sheet"),
@@ -450,7 +450,7 @@ const BELOW_THE_BOUND: f64 = 1e-12;
 fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let longest_s = longest_stable_step_s(scenario);
     if scenario.time.step_s >= longest_s * (1.0 - BELOW_THE_BOUND) {
-        let body = scenario.elastic().name();
+        let body = scenario.elastic().table.name;
         refusals.refuse(
             "time.step_s",
             format!("{:e} is above the stability limit of the scheme for this {body}", scenario.time.step_s),

@@ -10,7 +10,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let slider = &scenario.slider;
     let (ends, law) = ([slider.left_end, slider.right_end], scenario.friction.law);
     let why = if slider.is_lattice() {
-        let what = scenario.elastic().name();
+        let what = scenario.elastic().table.name;
         let chain = if slider.is_over_area() { "slider.across = 1" } else { "slider.rows = 1" };
         Some((format!("is an end of a chain, and a {what} has sides"), chain.to_owned()))
     } else if slider.blocks == 1 {

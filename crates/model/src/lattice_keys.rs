@@ -42,7 +42,7 @@ pub(crate) fn of_a_lattice(scenario: &Scenario) -> Vec<Refusal> {
     if !slider.is_lattice() {
         return refused;
     }
-    let what = scenario.elastic().name();
+    let what = scenario.elastic().table.name;
     // The chain of a slider that can have what this one cannot.
     let or_chain = match (slider.is_over_area(), slider.rows > 1) {
         (false, _) => "slider.rows = 1",

@@ -101,7 +101,7 @@ mod tests {
         let block = plan("");
         assert_eq!((block.blocks, block.spacing_m, &block.normal_load_n[..]), (1, 0.1, &[400.0][..]));
         // k = E L_y L_z / L, and k_t the same; only the latter and the drive hold the block.
-        assert_eq!(block.elastic.stiffness_n_per_m(), 2.5e6);
+        assert_eq!(block.elastic.stiffness_n_per_m, 2.5e6);
         let held_n_per_m = block.friction.interfacial_stiffness_n_per_m + 8e5;
         let longest_s = 2.0 * (0.012 / held_n_per_m).sqrt();
         assert!((block.longest_stable_step_s - longest_s).abs() < 1e-12 * longest_s);

@@ -24,7 +24,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
         let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
         let problem = format!(
             "{THE_LAW} is available for chains and single blocks, not for a {}",
-            scenario.elastic().name()
+            scenario.elastic().table.name
         );
         refuse(key, problem, "1, or another friction.law");
     }

@@ -1,6 +1,6 @@
 //! The bodies that plans can have: each is an arm of [`with_body`].
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 
 use crate::body::{ChainBody, LatticeBody, OfPlan};
 
@@ -14,9 +14,9 @@ pub(crate) trait WithBody {
 
 /// Runs the code compiled for the body of a plan.
 pub(crate) fn with_body<W: WithBody>(plan: &Plan, what: W) -> W::Output {
-    match &plan.elastic {
-        Elastic::Chain(chain) => what.with::<ChainBody>(chain),
-        Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => what.with::<LatticeBody<2>>(lattice),
-        Elastic::Lattice(lattice) => what.with::<LatticeBody>(lattice),
+    match plan.elastic.as_chain() {
+        Some(chain) => what.with::<ChainBody>(&chain),
+        None if plan.elastic.tangential_axes() > 1 => what.with::<LatticeBody<2>>(&plan.elastic),
+        None => what.with::<LatticeBody>(&plan.elastic),
     }
 }

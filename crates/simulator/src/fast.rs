@@ -28,7 +28,7 @@ use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
-use crate::single_step::Driving;
+use crate::single_step::{Driving, SingleSteps};
 use crate::solver::{Next, SimulationError, Solver};
 use crate::stepper::Stepper;
 use crate::stop::{Stop, steps_between_looks};

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use asperity_model::Plan;
 use asperity_model::laws::FrictionLaw;
-use asperity_model::{Elastic, Plan};
 
 use crate::adaptive::{self, Adaptive};
 use crate::fast::{self, ChainLeaps, Fast, LatticeLeaps};
@@ -13,12 +13,11 @@ use crate::solver::Solver;
 
 /// The fast solver of a plan; the leaps of each body are registered here.
 pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
-    match plan.elastic {
-        Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, simd)),
-        Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => {
-            Box::new(Fast::<LatticeLeaps<2>>::new(plan, &lattice, simd))
-        }
-        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps<1>>::new(plan, &lattice, simd)),
+    let lattice = plan.elastic;
+    match lattice.as_chain() {
+        Some(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, simd)),
+        None if lattice.tangential_axes() > 1 => Box::new(Fast::<LatticeLeaps<2>>::new(plan, &lattice, simd)),
+        None => Box::new(Fast::<LatticeLeaps<1>>::new(plan, &lattice, simd)),
     }
 }
 

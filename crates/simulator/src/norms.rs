@@ -62,7 +62,7 @@ pub struct Norms {
 
 impl Norms {
     /// From the plan's constants alone, for any set of sliding contacts. For the springs between nodes it
-    /// uses the bounds of [`asperity_model::Elastic`], given here with their values for a chain.
+    /// uses the bounds of [`asperity_model::Lattice`], given here with their values for a chain.
     ///
     /// The velocity part of `I` is at least
     /// `s = m - dt (4 eta + E) / 2 - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
@@ -77,7 +77,7 @@ impl Norms {
         let radiation = plan.friction.law.radiation_kg_per_s() + absorbing_kg_per_s(&plan.end_bonds);
         let stiffest = elastic.stiffest_n_per_m(kt, drive);
         let most_damped = elastic.damping_spectral_bound_kg_per_s() + radiation;
-        let foundation = elastic.as_lattice().foundation_n_per_m;
+        let foundation = elastic.foundation_n_per_m;
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();

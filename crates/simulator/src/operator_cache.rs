@@ -119,11 +119,11 @@ mod tests {
     const SIMD: Simd = Simd::Baseline;
 
     fn basis(cache: &OperatorCache, plan: &Plan) -> Arc<Chebyshev> {
-        cache.basis(plan, plan.elastic.as_chain().unwrap(), SIMD)
+        cache.basis(plan, &plan.elastic.as_chain().unwrap(), SIMD)
     }
 
     fn modes(cache: &OperatorCache, plan: &Plan) -> Option<Arc<StoredModes>> {
-        cache.modes(plan, plan.elastic.as_chain().unwrap(), SIMD)
+        cache.modes(plan, &plan.elastic.as_chain().unwrap(), SIMD)
     }
 
     #[test]
@@ -157,7 +157,7 @@ mod tests {
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
             // Cached results equal fresh ones to the bit, except for the sign of zero.
             let alone =
-                StoredModes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap()), SIMD).unwrap();
+                StoredModes::of(&Propagator::of(&other, &other.elastic.as_chain().unwrap()), SIMD).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
         let again = modes(&cache, &plan(&[])).unwrap();
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn a_map_that_differs_in_one_bit_of_anything_is_another() {
         let plan = plan(&[]);
-        let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
+        let map = Propagator::of(&plan, &plan.elastic.as_chain().unwrap());
         let bits = map.bits();
         // The number of nodes, what detaches contacts, the scalars, and two springs for each of 10 blocks.
         assert_eq!(bits.len(), 2 + 7 + 2 * 10);
@@ -212,7 +212,7 @@ mod tests {
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
             let mut solver =
-                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.as_chain().unwrap(), SIMD);
+                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), &plan.elastic.as_chain().unwrap(), SIMD);
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

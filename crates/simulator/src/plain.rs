@@ -1,6 +1,5 @@
 //! The solver that takes every step: the reference for the fast solver.
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
@@ -22,29 +21,8 @@ use crate::stop::{Stop, steps_between_looks};
 #[derive(Debug)]
 pub struct Plain {
     plan: Arc<Plan>,
-    stepper: Box<dyn AnyStepper>,
+    stepper: Box<dyn SingleSteps>,
     recorder: Recorder,
-}
-
-/// A stepper, whatever its body.
-trait AnyStepper: SingleSteps + Debug + Send {
-    fn take_step(&mut self) -> Driving;
-    fn counters(&self) -> Counters;
-    fn restore(&mut self, state: &SliderState);
-}
-
-impl<B: OfPlan> AnyStepper for Stepper<B> {
-    fn take_step(&mut self) -> Driving {
-        self.take_step(u64::MAX)
-    }
-
-    fn counters(&self) -> Counters {
-        self.counters()
-    }
-
-    fn restore(&mut self, state: &SliderState) {
-        self.restore(state);
-    }
 }
 
 impl Plain {
@@ -61,8 +39,8 @@ impl Plain {
     fn at_start(plan: Arc<Plan>) -> Plain {
         struct Start<'a>(&'a Arc<Plan>);
         impl WithBody for Start<'_> {
-            type Output = Box<dyn AnyStepper>;
-            fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
+            type Output = Box<dyn SingleSteps>;
+            fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn SingleSteps> {
                 let plan = Arc::clone(self.0);
                 Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
             }
@@ -83,7 +61,7 @@ impl Plain {
 
     /// Takes one step; returns the driving forces that it used.
     pub fn take_step(&mut self) -> Driving {
-        self.stepper.take_step()
+        self.stepper.take_step(u64::MAX)
     }
 }
 

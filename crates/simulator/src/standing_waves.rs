@@ -372,10 +372,10 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline)
+            let mut waves = StandingWaves::of(&plan, &plan.elastic.as_chain().unwrap(), Simd::Baseline)
                 .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
             let stored =
-                StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline);
+                StoredModes::of(&Propagator::of(&plan, &plan.elastic.as_chain().unwrap()), Simd::Baseline);
             let mut modes = Modes::new(stored.expect("the chain has modes"));
             // All waves contribute to the displacement of block 7 and the velocity of the last block.
             let mut state = vec![0.0; 2 * blocks];
@@ -416,9 +416,9 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline).is_none());
+        assert!(StandingWaves::of(&plan, &plan.elastic.as_chain().unwrap(), Simd::Baseline).is_none());
         assert!(
-            StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline)
+            StoredModes::of(&Propagator::of(&plan, &plan.elastic.as_chain().unwrap()), Simd::Baseline)
                 .is_some(),
             "unlike stored modes"
         );

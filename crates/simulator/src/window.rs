@@ -254,7 +254,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, &plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -303,7 +303,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
+            let mut window = Window::new(&plan, &plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();

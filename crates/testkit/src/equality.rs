@@ -400,7 +400,7 @@ impl Numbers {
         let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(*value));
         let force_n = most(&friction.static_threshold_n);
         let released_n = (force_n - most(&friction.dynamic_friction_n)).abs();
-        let k = plan.elastic.stiffness_n_per_m();
+        let k = plan.elastic.stiffness_n_per_m;
         let stretch_m = force_n / k;
         let velocity_m_per_s = released_n / (k * plan.block_mass_kg).sqrt();
         // Energy of a spring between blocks at that stretch.

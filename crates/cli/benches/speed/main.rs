@@ -167,8 +167,8 @@ fn against_c() {
         let plan = plan(&[&format!("parameter_set={set}")]);
         let c_ns = || {
             let numbers = [
-                plan.elastic.stiffness_n_per_m(),
-                plan.elastic.damping_kg_per_s(),
+                plan.elastic.stiffness_n_per_m,
+                plan.elastic.damping_kg_per_s,
                 plan.friction.interfacial_stiffness_n_per_m,
                 plan.grid.step_s(),
                 plan.block_mass_kg,

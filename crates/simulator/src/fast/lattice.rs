@@ -14,6 +14,7 @@ use crate::cost;
 use crate::fast::{Leaps, Open};
 use crate::jump::lattice::{Attempt, Jump};
 use crate::kernels::Simd;
+use crate::single_step::SingleSteps;
 use crate::slow_modes::{Precomputed, Sizes, StuckLattice};
 use crate::stepper::Stepper;
 use crate::stop::Stop;

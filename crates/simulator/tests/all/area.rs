@@ -186,7 +186,7 @@ fn a_mirrored_drive_gives_the_mirrored_run() {
         let plans = sets.map(|sets| plan(base, &sets));
         let mut runs = plans.each_ref().map(|plan| Plain::new(plan.clone()));
         let plan = &plans[0];
-        let (nodes, lattice) = (plan.elastic.nodes(), plan.elastic.as_lattice());
+        let (nodes, lattice) = (plan.elastic.nodes(), plan.elastic);
         let mut switches = 0;
         for step in 1..=plan.steps {
             let [a, b] = &mut runs;

@@ -294,7 +294,7 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     assert_eq!(plain.state().displacement_m, [0.0, 0.0]);
     assert_eq!(plain.state().detached, 0);
     // Then (k + K) u + m u'' = K V t - mu_d p, from rest at the threshold.
-    let stiffness = plan.elastic.stiffness_n_per_m() + drive_n_per_m;
+    let stiffness = plan.elastic.stiffness_n_per_m + drive_n_per_m;
     let rate = (stiffness / plan.block_mass_kg).sqrt();
     let drop_m = (threshold_n - plan.friction.dynamic_friction_n[0]) / stiffness;
     let creep_m_per_s = drive_n_per_m * 1e-3 / stiffness;
@@ -394,7 +394,7 @@ fn burridge_and_knopoffs_energy_balance_holds() {
         let point_m = plan.drive_point_m(state.step, u64::MAX);
         let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
         let between: f64 =
-            u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m() * (u[1] - u[0]).powi(2)).sum();
+            u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
         let leaves = plan.drive.springs.iter();
         let leaves: f64 = leaves.map(|s| 0.5 * s.stiffness_n_per_m * (point_m - u[s.block]).powi(2)).sum();
         kinetic + between + leaves

@@ -228,7 +228,7 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     assert!(switched.contains(&AT) && after.slip[AT] == 1.0, "with a threshold of 0 it detaches");
     // The others keep their load, and only its neighbours pull the lifted contact down.
     assert!(after.normal_load_n[AT + 2] > 0.0);
-    let (lattice, nodes) = (plan.elastic.as_lattice(), 45);
+    let (lattice, nodes) = (plan.elastic, 45);
     let (mut springs_n, mut dashpots_n) = (vec![0.0; 90], vec![0.0; 90]);
     lattice.pull(&mut springs_n, &mut dashpots_n, &before.displacement_m, &before.velocity_m_per_s);
     let pull_n = springs_n[nodes + AT] + dashpots_n[nodes + AT];

@@ -61,7 +61,7 @@ impl<const D: usize> Account<'_, D> {
         ledger.drive_work_j.add(drive_j);
         ledger.load_work_j.add(load_j);
         // Without dampers the rest is rounding.
-        if self.plan.elastic.damping_kg_per_s() > 0.0 {
+        if self.plan.elastic.damping_kg_per_s > 0.0 {
             ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
         }
         ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));

@@ -151,10 +151,9 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// unfinished one, `PIPE` a pipeline of that one run.
 type Call = (&'static str, &'static [i32]);
 
-const MORE_CALLS: [Call; 5] = [
+const MORE_CALLS: [Call; 4] = [
     // A figure of data that the run lacks ends it with a message.
     ("reproduce PIPE --quiet --out NEW", &[0, 1]),
-    ("verify-solver PIPE --quiet --out NEW", &[0]),
     ("note FILE comment=today", &[0]),
     ("salvage HALF.mcap.partial --out NEW.mcap", &[0, 3]),
     ("run FILE --quiet --resume --out CUT.mcap", &[0]),
@@ -309,7 +308,7 @@ fn is_of_the_whole(_: usize, _: usize, (words, _): &Call) -> bool {
 
 /// Whether a call takes every step of the run.
 fn is_plain((words, _): &Call) -> bool {
-    words.contains("plain") || words.starts_with("verify-solver")
+    words.contains("plain")
 }
 
 /// A chain and a slab, with springs and without, driven and not.

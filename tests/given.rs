@@ -50,10 +50,9 @@ impl Things {
 }
 
 /// The commands on other things, and the kinds that each accepts.
-const COMMANDS: [(&str, &[&str]); 12] = [
+const COMMANDS: [(&str, &[&str]); 11] = [
     ("diff SOUND FILE", &["a.mcap", "study", "made", "logs"]),
     ("reproduce FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
-    ("verify-solver FILE --for-s 1e-7", &["pipeline.toml", "sweep.toml", "other.toml"]),
     ("sweep plan FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
     ("sweep go FILE -o NEW", &["pipeline.toml", "sweep.toml", "other.toml"]),
     ("sweep draw STUDY --from FILE", &["pipeline.toml", "sweep.toml", "other.toml"]),

@@ -122,7 +122,6 @@ fn stderr_that_cannot_be_written_changes_nothing_but_the_words() {
         "run ten-blocks --set time.step_s=1e-7 --set time.duration_s=0.2 --stats --out NEW.mcap",
     ];
     commands.push("reproduce two.toml --out NEW");
-    commands.push("verify-solver two.toml --out NEW");
     for (number, command) in commands.iter().enumerate() {
         let mut outcomes = Vec::new();
         let ways = ["2>err", "2>/dev/full", "2>&-", "2> >(true)"];

@@ -80,7 +80,7 @@ arguments. cargo xtask ci runs it."
     )]
     Python(Further),
     /// Compare the solvers of each law in all runs, for both parameter sets.
-    VerifySolver(verify::VerifyArguments),
+    Verify(verify::VerifyArguments),
     /// Compare the slip events of another revision with those of this checkout.
     DiffEvents(diff_events::DiffEventsArguments),
     /// Compare the events of chapter 5 with the golden tables, or accept a change.
@@ -123,13 +123,13 @@ fn main() -> ExitCode {
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(Further { further }) => test::command(&further),
         Command::Python(Further { further }) => python::command(&further),
-        Command::VerifySolver(arguments) => verify::command(&arguments),
+        Command::Verify(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),
         Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Attack(Further { further }) => attack::command(&further),
-        Command::Gallery => test::gallery(),
+        Command::Gallery => test::of_command("gallery::", &[("UPDATE_EXPECT", "1".to_owned())]),
         Command::Notices => notices::write(),
         Command::Ci(arguments) => ci::command(&arguments),
         Command::Nightly(arguments) => nightly::command(&arguments),

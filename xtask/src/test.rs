@@ -42,10 +42,10 @@ pub(crate) fn ignored(module: Option<&str>) -> Result<(), Failure> {
     all(&options, &variables)
 }
 
-/// Runs the test of the gallery so that it draws the pictures anew.
-pub(crate) fn gallery() -> Result<(), Failure> {
-    let test = ["test", "--locked", "-p", COMMAND, "--test", "root", "--", "--ignored", "gallery::"];
-    run(cargo(&test).env("UPDATE_EXPECT", "1"))
+/// Runs some ignored tests of the command, with variables of the environment.
+pub(crate) fn of_command(filter: &str, variables: &[(&str, String)]) -> Result<(), Failure> {
+    let test = ["test", "--locked", "-p", COMMAND, "--test", "root", "--", "--ignored", filter];
+    run(cargo(&test).envs(variables.iter().cloned()))
 }
 
 /// Runs all tests with these options, whether or not some fail.

@@ -21,7 +21,6 @@ use crate::salvage::SalvageArguments;
 use crate::scenario::ScenarioCommand;
 use crate::summary::SummaryArguments;
 use crate::sweep::SweepCommand;
-use crate::verify::VerifySolverArguments;
 
 /// What `--version` says: the package's version, and that of the code that shapes a run.
 static LONG_VERSION: LazyLock<String> =
@@ -108,8 +107,6 @@ pub(crate) enum Command {
     Reduce(ReduceArguments),
     /// Run a pipeline: make its runs, tables and figures, and judge its claims.
     Reproduce(ReproduceArguments),
-    /// Compare the fast solver with the plain one, or the adaptive one at two tolerances, in every run of a pipeline.
-    VerifySolver(VerifySolverArguments),
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]
     Sweep(SweepCommand),

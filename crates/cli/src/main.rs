@@ -36,7 +36,6 @@ mod sweep_plan;
 mod terminal;
 mod validate;
 mod verdict_exit;
-mod verify;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -113,7 +112,6 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Draw(arguments) => draw::command(&arguments, &board),
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
-        Command::VerifySolver(arguments) => verify::command(&arguments, &board),
         Command::Sweep(command) => sweep::command(&command, &board),
         Command::Completions(arguments) => completions::command(&arguments),
         Command::Man(arguments) => man::command(&arguments),

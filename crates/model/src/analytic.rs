@@ -314,7 +314,7 @@ impl LoadCurve {
         is_constant.then(|| LoadCurve {
             drive_n_per_m: scenario.drive.stiffness_n_per_m,
             velocity_m_per_s: plan.drive.velocity_m_per_s,
-            slider_n_per_m: plan.elastic.stiffness_n_per_m() * plan.spacing_m / plan.length_m,
+            slider_n_per_m: plan.elastic.stiffness_n_per_m * plan.spacing_m / plan.length_m,
             normal_load_n: plan.total_normal_load_n,
             mu_d,
             theta: scenario.normal_load.tilt,
@@ -563,7 +563,7 @@ mod tests {
                     if left_n <= 0.0 {
                         break;
                     }
-                    stretch_m += left_n / plan.elastic.stiffness_n_per_m();
+                    stretch_m += left_n / plan.elastic.stiffness_n_per_m;
                 }
                 let by_blocks = (force_n / 8e5 + stretch_m) / 1e-4;
                 assert!((time_s / by_blocks - 1.0).abs() < 2e-3, "tilt {theta}: {time_s} {by_blocks}");

@@ -3,7 +3,6 @@
 use crate::choices::{DriveKind, End, ScheduleFrom, Start};
 use crate::course::{ContactCourse, Course, by_contact};
 use crate::disorder::{Quantity, coefficients};
-use crate::elastic::{Chain, Elastic};
 use crate::ends::{EndBond, absorbing_kg_per_s};
 use crate::initial;
 use crate::junctions::Junctions;
@@ -90,7 +89,7 @@ impl Plan {
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
             block_mass_kg: springs.block_mass_kg,
-            elastic: springs.elastic.clone(),
+            elastic: springs.elastic,
             end_bonds,
             friction: Friction {
                 law,
@@ -163,16 +162,15 @@ impl Plan {
 }
 
 /// The points and springs of the drive, and when it stops.
-fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> Drive {
+fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> Drive {
     let drive = &scenario.drive;
-    let (stiffness, blocks) = (drive.stiffness_n_per_m, elastic.contacts());
+    let (stiffness, blocks) = (drive.stiffness_n_per_m, lattice.contacts());
     let spring = |block, stiffness_n_per_m, direction| DriveSpring {
         block,
         stiffness_n_per_m,
         rest_m: 0.0,
         direction,
     };
-    let lattice = elastic.as_lattice();
     let top_row = lattice.top_row().start;
     let springs = match drive.kind {
         DriveKind::Side => {
@@ -260,7 +258,7 @@ pub(crate) fn evolution_effects(scenario: &Scenario) -> Vec<f64> {
 struct Springs {
     spacing_m: f64,
     block_mass_kg: f64,
-    elastic: Elastic,
+    elastic: Lattice,
     /// Elastic modulus times the width of the slider; over an area, times the spacing.
     modulus_n_per_m: f64,
     interfacial_stiffness_n_per_m: f64,
@@ -270,43 +268,37 @@ impl Springs {
     fn of(scenario: &Scenario) -> Springs {
         let slider = &scenario.slider;
         let (modulus_pa, spacing_m) = (slider.youngs_modulus_pa, slider.spacing_m());
-        let counts @ [columns, across, rows] =
+        let counts @ [_, across, rows] =
             [slider.blocks, slider.across, slider.rows].map(|count| count as usize);
         let nodes = counts.map(|count| count as f64).into_iter().product::<f64>();
         let block_mass_kg = slider.mass_kg / nodes;
-        let damping =
-            |stiffness_n_per_m: f64| slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
         // The shear modulus of planes, `rho c_S^2 = k / (2 L_y) = 3 E / 8`, and of bodies, `k / a`.
-        let (kind, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
-            (false, false) => (None, slider.chain_stiffness_n_per_m(), modulus_pa * slider.width_m),
+        let (table, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
+            (false, false) => {
+                (&lattice::CHAIN, slider.chain_stiffness_n_per_m(), modulus_pa * slider.width_m)
+            }
             (false, true) => {
                 let k = 0.75 * slider.width_m * modulus_pa;
-                (Some(&lattice::SLAB), k, 0.5 * k)
+                (&lattice::SLAB, k, 0.5 * k)
             }
             (true, false) => {
                 let k = 0.75 * slider.height_m * modulus_pa;
-                (Some(&lattice::SHEET), k, 0.375 * modulus_pa * spacing_m)
+                (&lattice::SHEET, k, 0.375 * modulus_pa * spacing_m)
             }
             (true, true) => {
                 let k = 0.4 * modulus_pa * spacing_m;
-                (Some(&lattice::BLOCK), k, k)
+                (&lattice::BLOCK, k, k)
             }
         };
-        let damping_kg_per_s = damping(stiffness_n_per_m);
-        let elastic = match kind {
-            None => Elastic::Chain(Chain { nodes: columns, stiffness_n_per_m, damping_kg_per_s }),
-            Some(table) => {
-                let foundation_ratio = match table.upward() {
-                    Some(_) => scenario.normal_load.foundation_stiffness_ratio,
-                    None => 0.0,
-                };
-                Elastic::Lattice(Lattice {
-                    stiffness_n_per_m,
-                    damping_kg_per_s,
-                    foundation_n_per_m: foundation_ratio * stiffness_n_per_m,
-                    ..Lattice::of(table, counts)
-                })
-            }
+        let foundation_ratio = match table.upward() {
+            Some(_) => scenario.normal_load.foundation_stiffness_ratio,
+            None => 0.0,
+        };
+        let elastic = Lattice {
+            stiffness_n_per_m,
+            damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
+            foundation_n_per_m: foundation_ratio * stiffness_n_per_m,
+            ..Lattice::of(table, counts)
         };
         Springs {
             spacing_m,
@@ -335,9 +327,9 @@ impl Springs {
     /// The normal load of each contact of a body on a foundation at rest, and the displacements of its freedoms.
     fn pressed(&self, top_load_n: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         self.elastic.has_foundation().then(|| {
-            let lattice = self.elastic.as_lattice();
-            let u = slab::displacements_at_rest_m(&lattice, self.interfacial_stiffness_n_per_m, top_load_n);
-            (slab::normal_load_n(&lattice, &u), u)
+            let lattice = &self.elastic;
+            let u = slab::displacements_at_rest_m(lattice, self.interfacial_stiffness_n_per_m, top_load_n);
+            (slab::normal_load_n(lattice, &u), u)
         })
     }
 
@@ -346,7 +338,7 @@ impl Springs {
         let ends = [scenario.slider.left_end, scenario.slider.right_end];
         self.elastic
             .as_chain()
-            .map_or_else(Vec::new, |chain| EndBond::of(ends, chain, self.block_mass_kg, displacement_m))
+            .map_or_else(Vec::new, |chain| EndBond::of(ends, &chain, self.block_mass_kg, displacement_m))
     }
 
     fn scales(&self, scenario: &Scenario) -> Scales {
@@ -388,7 +380,7 @@ impl Scenario {
         self.contact_law().radiation_kg_per_s() > 0.0 || ends.contains(&End::Absorbing)
     }
 
-    /// Whether the theory of the thesis applies to its slider: [`Elastic::has_theory`], with free ends.
+    /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
         let ends = [self.slider.left_end, self.slider.right_end];
         self.elastic().has_theory() && ends == [End::Free; 2]
@@ -405,7 +397,7 @@ impl Scenario {
     }
 
     /// The elastic body of its slider, without the rest of its plan.
-    pub fn elastic(&self) -> Elastic {
+    pub fn elastic(&self) -> Lattice {
         Springs::of(self).elastic
     }
 

@@ -2,8 +2,9 @@
 //!
 //! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction, row by row. In a chain and
 //! in a sheet every node is a contact; in a slab and in a body only the nodes at the bottom are. All but the
-//! chain are a [`Lattice`]. A *freedom* is one direction in which one node moves: a chain has one per node, a
-//! slab and a sheet two, a body three. Code that works with any of them uses [`Elastic`] or its lattice.
+//! chain are a lattice of several rows, and the chain one of a single row. A *freedom* is one direction in which one
+//! node moves: a chain has one per node, a slab and a sheet two, a body three. Code that works with any of them uses
+//! [`Lattice`].
 //!
 //! This module has everything that follows from the bonds between nodes: the pull on a node, the
 //! diagonal of the stiffness, the bounds for stability and for the certificates of windows, and the
@@ -15,15 +16,6 @@
 use asperity_record::Contacts;
 
 use crate::lattice::{self, Lattice, Number};
-
-/// The body of a slider.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Elastic {
-    /// A chain of blocks.
-    Chain(Chain),
-    /// A lattice of nodes, whose bottom row rubs: a slab, a sheet, a body.
-    Lattice(Lattice),
-}
 
 /// A chain with free ends: neighbours are joined by a spring `k` (5.5) and a dashpot `eta`
 /// (5.7).
@@ -46,47 +38,7 @@ pub fn gaps(nodes: usize) -> usize {
     nodes.max(2) - 1
 }
 
-impl Elastic {
-    /// The nodes and bonds of any body: a chain is a lattice of a single row, whose nodes move along it
-    /// only.
-    #[inline]
-    pub fn as_lattice(&self) -> Lattice {
-        match self {
-            Elastic::Chain(chain) => Lattice {
-                stiffness_n_per_m: chain.stiffness_n_per_m,
-                damping_kg_per_s: chain.damping_kg_per_s,
-                ..Lattice::of(&lattice::CHAIN, [chain.nodes, 1, 1])
-            },
-            Elastic::Lattice(lattice) => *lattice,
-        }
-    }
-
-    /// The name of the body.
-    pub fn name(&self) -> &'static str {
-        self.as_lattice().table.name
-    }
-
-    /// Number of nodes.
-    pub fn nodes(&self) -> usize {
-        self.as_lattice().nodes()
-    }
-
-    /// Number of freedoms; each has a displacement and a velocity. Freedoms along the sliding direction
-    /// come first, those of the contacts before all others.
-    pub fn freedoms(&self) -> usize {
-        self.as_lattice().freedoms()
-    }
-
-    /// Number of axes along which each node moves.
-    pub fn freedoms_per_node(&self) -> usize {
-        self.as_lattice().table.axes.len()
-    }
-
-    /// Number of contacts.
-    pub fn contacts(&self) -> usize {
-        self.as_lattice().contacts()
-    }
-
+impl Lattice {
     /// Whether some nodes are not contacts.
     pub fn has_inside(&self) -> bool {
         self.nodes() > self.contacts()
@@ -95,142 +47,58 @@ impl Elastic {
     /// Whether it lies on a foundation. Then normal loads and the initial shear follow from the
     /// deformation of the body; otherwise normal loads are given.
     pub fn has_foundation(&self) -> bool {
-        self.as_lattice().table.upward().is_some()
+        self.table.upward().is_some()
     }
 
     /// Whether the theory of the thesis applies (lengths of precursors, decay lengths, speeds of
     /// fronts): only to a chain of several nodes, which move along the sliding direction only.
     pub fn has_theory(&self) -> bool {
-        self.freedoms_per_node() == 1 && self.nodes() > 1
+        self.axes() == 1 && self.nodes() > 1
     }
 
     /// The speed of long longitudinal waves along the sliding direction relative to that of shear waves;
     /// `None` where there are no shear waves.
     pub fn longitudinal_over_shear(&self) -> Option<f64> {
-        let waves = self.as_lattice().table.long_waves();
+        let waves = self.table.long_waves();
         waves.shear.map(|shear| (waves.longitudinal / shear).sqrt())
     }
 
     /// The stiffness `s` of the slowest long waves along the sliding direction, `c = a sqrt(s / m)`: of a
     /// chain `k`, of others that of shear waves.
     pub fn slowest_wave_n_per_m(&self) -> f64 {
-        let waves = self.as_lattice().table.long_waves();
-        waves.shear.unwrap_or(waves.longitudinal) * self.stiffness_n_per_m()
+        let waves = self.table.long_waves();
+        waves.shear.unwrap_or(waves.longitudinal) * self.stiffness_n_per_m
     }
 
     /// The chain, if it is one.
     #[inline]
-    pub fn as_chain(&self) -> Option<&Chain> {
-        match self {
-            Elastic::Chain(chain) => Some(chain),
-            Elastic::Lattice(_) => None,
-        }
+    pub fn as_chain(&self) -> Option<Chain> {
+        let &Lattice { columns: nodes, stiffness_n_per_m, damping_kg_per_s, .. } = self;
+        (self.axes() == 1).then_some(Chain { nodes, stiffness_n_per_m, damping_kg_per_s })
     }
 
     /// The arrangement of its contacts: one row in a chain and in a slab, several over an area.
     pub fn layout(&self) -> Contacts {
-        let lattice = self.as_lattice();
-        Contacts::in_rows(lattice.contacts() as u32, lattice.lanes as u32).expect("rows of equal length")
+        Contacts::in_rows(self.contacts() as u32, self.lanes as u32).expect("rows of equal length")
     }
 
-    /// Number of axes along which a contact slips: two over an area.
-    pub fn tangential_axes(&self) -> usize {
-        self.as_lattice().tangential_axes()
-    }
-
-    /// Stiffness `k` of the spring between neighbours.
-    pub fn stiffness_n_per_m(&self) -> f64 {
-        self.as_lattice().stiffness_n_per_m
-    }
-
-    /// Damping `eta` of the dashpot between neighbours.
-    pub fn damping_kg_per_s(&self) -> f64 {
-        self.as_lattice().damping_kg_per_s
-    }
-
-    /// The pull of springs and dashpots on a freedom, counted from 0: [`Elastic::spring_force_n`] plus
-    /// [`Elastic::damping_force_n`].
+    /// The pull of springs and dashpots on a freedom, counted from 0: [`Lattice::spring_force_n`] plus
+    /// [`Lattice::damping_force_n`].
     pub fn pull_n<T: Number>(&self, displacement_m: &[T], velocity_m_per_s: &[T], n: usize) -> T {
         self.spring_force_n(displacement_m, n) + self.damping_force_n(velocity_m_per_s, n)
     }
 
-    /// The pull of springs on a freedom: in a chain `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
-    pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], n: usize) -> T {
-        match self.as_chain() {
-            Some(chain) => second_difference(displacement_m, n) * chain.stiffness_n_per_m,
-            None => self.as_lattice().spring_force_n(displacement_m, n),
-        }
-    }
-
-    /// The pull of dashpots on a freedom: in a chain `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
-    pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
-        match self.as_chain() {
-            Some(chain) => second_difference(velocity_m_per_s, n) * chain.damping_kg_per_s,
-            None => self.as_lattice().damping_force_n(velocity_m_per_s, n),
-        }
-    }
-
     /// The pull of springs on each contact along the surface, axis by axis, so along the sliding direction
-    /// first: in a chain [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
+    /// first: in a chain [`Lattice::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
     pub fn tangential_force_n(&self, displacement_m: &[f64]) -> Vec<f64> {
         if self.as_chain().is_some() {
             return (0..self.contacts()).map(|n| self.spring_force_n(displacement_m, n)).collect();
         }
         let still = vec![0.0; self.freedoms()];
         let (mut force_n, mut dashpots_n) = (still.clone(), still.clone());
-        let lattice = self.as_lattice();
-        lattice.pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
-        let axes = force_n.chunks_exact(lattice.nodes()).take(lattice.tangential_axes());
-        axes.flat_map(|of_nodes| &of_nodes[..lattice.contacts()]).copied().collect()
-    }
-
-    /// The diagonal of the stiffness at a freedom.
-    pub fn diagonal_n_per_m(&self, n: usize) -> f64 {
-        self.as_lattice().diagonal_n_per_m(n)
-    }
-
-    /// The diagonal of the damping at a freedom.
-    pub fn damping_diagonal_kg_per_s(&self, n: usize) -> f64 {
-        self.as_lattice().damping_diagonal_kg_per_s(n)
-    }
-
-    /// The largest diagonal element of the stiffness: `2 k` in a chain.
-    pub fn largest_diagonal_n_per_m(&self) -> f64 {
-        self.as_lattice().largest_diagonal_n_per_m()
-    }
-
-    /// Bound on the sum of magnitudes in a row of the stiffness: `4 k` in a chain. It bounds forces by
-    /// the largest displacement.
-    pub fn row_bound_n_per_m(&self) -> f64 {
-        self.as_lattice().row_bound_n_per_m()
-    }
-
-    /// Bound on the sum of magnitudes in a row of the damping: `4 eta` in a chain.
-    pub fn damping_row_bound_kg_per_s(&self) -> f64 {
-        self.as_lattice().damping_row_bound_kg_per_s()
-    }
-
-    /// Bound on the eigenvalues of the stiffness between nodes: `4 k` in a chain, `6 k` in a slab. It
-    /// bounds the frequencies.
-    pub fn spectral_bound_n_per_m(&self) -> f64 {
-        self.as_lattice().spectral_bound_n_per_m()
-    }
-
-    /// Bound on the eigenvalues of the damping: `4 eta` in a chain, `12 eta` in a slab.
-    pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
-        self.as_lattice().damping_spectral_bound_kg_per_s()
-    }
-
-    /// Bound on the Euclidean length of a row of the damping plus half a step times the stiffness
-    /// between nodes: `sqrt(6) (eta + dt k / 2)` in a chain.
-    pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
-        self.as_lattice().row_length_kg_per_s(step_s)
-    }
-
-    /// Bound on the eigenvalues of the stiffness of springs, friction springs `k_t`, drive `K` and
-    /// foundation: `4 k + k_t + K` in a chain, `6 k + max(k_t + K, k_f)` in a slab.
-    pub fn stiffest_n_per_m(&self, interfacial_n_per_m: f64, drive_n_per_m: f64) -> f64 {
-        self.as_lattice().stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m)
+        self.pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
+        let axes = force_n.chunks_exact(self.nodes()).take(self.tangential_axes());
+        axes.flat_map(|of_nodes| &of_nodes[..self.contacts()]).copied().collect()
     }
 
     /// The time step beyond which the scheme is unstable, for nodes of this mass, the stiffness
@@ -245,7 +113,7 @@ impl Elastic {
     /// In a lattice, damping couples the modes. But for any positive stiffness `M` and damping `C` the
     /// invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it bounds the state
     /// if `m - dt C / 2 - dt^2 M / 4` is positive. That is the same condition, with `w^2` from
-    /// [`Elastic::stiffest_n_per_m`] and `g` from the bound on the dashpots. Contacts that lift off the
+    /// [`Lattice::stiffest_n_per_m`] and `g` from the bound on the dashpots. Contacts that lift off the
     /// foundation only reduce the stiffness. A single block on no spring moves stably at any step; that of a
     /// spring `k` is returned.
     pub fn longest_stable_step_s(
@@ -257,7 +125,7 @@ impl Elastic {
     ) -> f64 {
         let stiffest_n_per_m = self.stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m);
         let is_free = stiffest_n_per_m == 0.0;
-        let stiffest = if is_free { self.stiffness_n_per_m() } else { stiffest_n_per_m } / node_mass_kg;
+        let stiffest = if is_free { self.stiffness_n_per_m } else { stiffest_n_per_m } / node_mass_kg;
         let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
         // The positive root, in a form without cancellation or overflow.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
@@ -265,6 +133,15 @@ impl Elastic {
 }
 
 impl Chain {
+    /// A lattice of a single row, whose nodes move along it only.
+    pub const fn as_lattice(&self) -> Lattice {
+        Lattice {
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            damping_kg_per_s: self.damping_kg_per_s,
+            ..Lattice::of(&lattice::CHAIN, [self.nodes, 1, 1])
+        }
+    }
+
     /// Bound on the eigenvalues of the negative second difference. A mode of eigenvalue `l`, between 0
     /// and this, has stiffness `k l` and damping `eta l`.
     pub const LARGEST_EIGENVALUE: f64 = lattice::CHAIN.largest_eigenvalue;
@@ -440,10 +317,11 @@ impl Stiffness {
 
 #[cfg(test)]
 mod tests {
-    use super::{Chain, Elastic, second_difference};
+    use super::{Chain, second_difference};
+    use crate::Lattice;
 
     const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };
-    const ELASTIC: Elastic = Elastic::Chain(CHAIN);
+    const ELASTIC: Lattice = CHAIN.as_lattice();
 
     /// Pseudo-random numbers.
     fn numbers(seed: u64) -> Vec<f64> {

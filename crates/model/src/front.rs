@@ -112,7 +112,7 @@ impl Front {
         if !plan.has_theory() || plan.has_contact_courses() {
             return None;
         }
-        let k = plan.elastic.stiffness_n_per_m();
+        let k = plan.elastic.stiffness_n_per_m;
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
         let plain_friction = plan.friction.law.holds() && plan.friction.law.affine().is_some();
@@ -122,7 +122,7 @@ impl Front {
         let impedance_kg_per_s = (k * plan.block_mass_kg).sqrt();
         Some(Front {
             prestress: relative_prestress(plan, block)?,
-            relative_damping: plan.elastic.damping_kg_per_s() / impedance_kg_per_s,
+            relative_damping: plan.elastic.damping_kg_per_s / impedance_kg_per_s,
             top_stiffness: held[0] / k,
             relative_radiation: plan.friction.law.radiation_kg_per_s() / impedance_kg_per_s,
         })

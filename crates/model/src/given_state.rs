@@ -125,7 +125,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let lists = "a chain with interfacial-springs, rigid or velocity-weakening; initial.from for others";
     let key = if initial.state_csv.is_empty() { "initial.displacement_m" } else { "initial.state_csv" };
     if slider.is_lattice() {
-        let what = scenario.elastic().name();
+        let what = scenario.elastic().table.name;
         refuse(key, format!("a row for each block does not give the state of a {what}"), lists);
     }
     if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
@@ -397,7 +397,7 @@ mod tests {
         assert_eq!(plan.drive_point_m(plan.initial.step, u64::MAX), 2.5e-5);
         // Anchors that hold the blocks: block 1 is pulled by its neighbour and by the drive.
         let held_n = plan.friction.interfacial_stiffness_n_per_m * (1e-6 - plan.initial.stick_position_m[0]);
-        let pull_n = -plan.elastic.stiffness_n_per_m() * 1e-6 + 8e5 * (2.5e-5 - 1e-6);
+        let pull_n = -plan.elastic.stiffness_n_per_m * 1e-6 + 8e5 * (2.5e-5 - 1e-6);
         assert!((held_n - pull_n).abs() < 1e-9 * pull_n.abs(), "{held_n} against {pull_n}");
         let at_rest = resolve(&[]).unwrap();
         assert_eq!(resolve(&["time.start=at-rest"]).unwrap().hash(), at_rest.hash());

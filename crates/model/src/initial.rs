@@ -1,8 +1,9 @@
 //! The state of the slider before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::elastic::{Elastic, gaps};
+use crate::elastic::gaps;
 use crate::initial_state::{Carried, CarriedDrive, InitialState};
+use crate::lattice::Lattice;
 use crate::plan::{Drive, Plan};
 use crate::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
@@ -11,7 +12,7 @@ use asperity_record::TimeGrid;
 /// The state at time 0 of a run that starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    elastic: &Elastic,
+    elastic: &Lattice,
     spacing_m: f64,
     springs_n_per_m: &[f64],
     drive: &Drive,
@@ -120,7 +121,7 @@ const LOADED: f64 = 0.999;
 pub(crate) fn start_loaded(plan: &mut Plan) {
     // Other bodies begin at rest.
     let Some(chain) = plan.elastic.as_chain() else { return };
-    let stiffness = Stiffness::of(plan, chain);
+    let stiffness = Stiffness::of(plan, &chain);
     let steady = SteadyLoading::of(plan, &stiffness, plan.advance_m(0, u64::MAX));
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];
@@ -223,15 +224,8 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
         // Friction springs that hold their blocks where they are.
         let u = &plan.initial.displacement_m;
         let mut pull_n = plan.elastic.tangential_force_n(u);
-        let point_m = plan.drive_point_m(step, carried.hold_step);
-        for spring in &plan.drive.springs {
-            pull_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        pull_n.iter_mut().zip(plan.outside_n(step)).for_each(|(pull, prestress)| *pull += prestress);
-        pull_n[0] += plan.drive_force_n(step, carried.hold_step).unwrap_or(0.0);
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_n(u, &plan.initial.velocity_m_per_s), &mut pull_n);
-        }
+        let at_start = [u, &plan.initial.velocity_m_per_s].map(|values| &values[..]);
+        plan.add_outside_n(&mut pull_n, at_start, step, carried.hold_step);
         let anchor = |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
         let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
         plan.initial.stick_position_m = springs.map(anchor).collect();
@@ -293,7 +287,7 @@ mod tests {
         let plan =
             plan(&["initial_shear.poisson_ratio=0.35", "normal_load.total_n=800", "slider.blocks=1000"]);
         let u = &plan.initial.displacement_m;
-        let middle_n = plan.elastic.stiffness_n_per_m() * (u[500] - u[499]);
+        let middle_n = plan.elastic.stiffness_n_per_m * (u[500] - u[499]);
         let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
         assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
     }

@@ -17,6 +17,7 @@ mod tests;
 
 use std::ops::{Add, Mul, Range, Sub};
 
+use crate::elastic::second_difference;
 use cube::Cube;
 use plane::Plane;
 use table::Loops;
@@ -257,7 +258,10 @@ impl Lattice {
     }
 
     /// The pull of springs on one freedom, bond by bond.
-    pub(crate) fn spring_force_n<T: Number>(&self, displacement_m: &[T], freedom: usize) -> T {
+    pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], freedom: usize) -> T {
+        if self.axes() == 1 {
+            return second_difference(displacement_m, freedom) * self.stiffness_n_per_m;
+        }
         let (nodes, axes) = (self.nodes(), self.table.axes);
         let (own, node) = (axes[freedom / nodes], freedom % nodes);
         let mut force_n = T::default();
@@ -273,7 +277,10 @@ impl Lattice {
     }
 
     /// The pull of dashpots on one freedom, bond by bond.
-    pub(crate) fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], freedom: usize) -> T {
+    pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], freedom: usize) -> T {
+        if self.axes() == 1 {
+            return second_difference(velocity_m_per_s, freedom) * self.damping_kg_per_s;
+        }
         let (nodes, here) = (self.nodes(), velocity_m_per_s[freedom]);
         let first = freedom / nodes * nodes;
         let changes = self.bonds_of(freedom % nodes).map(|(to, ..)| velocity_m_per_s[first + to] - here);

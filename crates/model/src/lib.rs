@@ -114,7 +114,6 @@ mod warnings;
 pub use choices::{DetachBy, DriveKind, End, JunctionStart, ParameterSet, Reattach};
 pub use course::{ContactCourse, Course};
 pub use derive::ADVISED_SHARE;
-pub use elastic::Elastic;
 pub use files::{Files, Texts};
 pub use initial_state::InitialState;
 pub use junctions::Junctions;

@@ -109,7 +109,7 @@ impl Need {
                 return (!is_of(law)).then(|| among("friction.law", &law, laws));
             }
         };
-        let what = if slider.contacts() == 1 { "single block" } else { scenario.elastic().name() };
+        let what = if slider.contacts() == 1 { "single block" } else { scenario.elastic().table.name };
         (!is_met).then(|| (format!("a {what}"), instead.to_owned()))
     }
 }

@@ -1,9 +1,9 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
 use crate::course::{ContactCourse, Course};
-use crate::elastic::Elastic;
 use crate::ends::EndBond;
 use crate::initial_state::InitialState;
+use crate::lattice::Lattice;
 use crate::laws::Law;
 use asperity_record::{Scales, TimeGrid};
 
@@ -19,7 +19,7 @@ pub struct Plan {
     /// Mass of a block `m = M / N`; of a slab, of a node.
     pub block_mass_kg: f64,
     /// The bonds between blocks: springs `k` (5.5) and dashpots `eta` (5.7).
-    pub elastic: Elastic,
+    pub elastic: Lattice,
     /// What joins the ends of a chain to a wall or to each other, by end; empty for free ends.
     pub end_bonds: Vec<EndBond>,
     /// The friction law's numbers.
@@ -245,7 +245,7 @@ impl Plan {
     /// The first and the last row across, from 1, in which the drive pulls the nodes of the first column; none
     /// where it pulls others as well, or nothing.
     pub fn driven_rows(&self) -> Option<[u32; 2]> {
-        let lattice = self.elastic.as_lattice();
+        let lattice = &self.elastic;
         let places = || self.drive.springs.iter().map(|spring| lattice.place(spring.block));
         let rows = || places().map(|[_, lane, _]| lane as u32 + 1);
         let ends = rows().min().zip(rows().max()).map(|(first, last)| [first, last]);
@@ -382,6 +382,21 @@ impl Plan {
         forces_n
     }
 
+    /// Adds the forces from outside in a step to those on the contacts: of the drive, the prestress, and the bonds at the
+    /// ends of a chain.
+    pub fn add_outside_n(&self, force_n: &mut [f64], [u, v]: [&[f64]; 2], step: u64, hold_step: u64) {
+        let point_m = self.drive_point_m(step, hold_step);
+        // In a lattice, other nodes than contacts may be driven.
+        for spring in self.drive.springs.iter().filter(|spring| spring.block < self.blocks) {
+            force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        force_n.iter_mut().zip(self.outside_n(step)).for_each(|(force, prestress)| *force += prestress);
+        force_n[0] += self.drive_force_n(step, hold_step).unwrap_or(0.0);
+        for bond in &self.end_bonds {
+            bond.add(bond.pull_n(u, v), force_n);
+        }
+    }
+
     /// The force that drives block 1 instead of a spring in a step, N; `None` for a drive by springs.
     #[inline]
     pub fn drive_force_n(&self, step: u64, hold_step: u64) -> Option<f64> {
@@ -397,7 +412,7 @@ impl Plan {
         factor * (borne.sum::<f64>() / self.normal_load_n.iter().sum::<f64>())
     }
 
-    /// Whether the theory of the thesis applies to its slider: [`Elastic::has_theory`], with free ends.
+    /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
         self.elastic.has_theory() && self.end_bonds.is_empty()
     }
@@ -412,7 +427,6 @@ impl Plan {
     /// Length over which a stuck chain screens a force on its end,
     /// `l_0 = a sqrt(k / k_t)`: (5.39), where the thesis misplaces the root.
     pub fn screening_length_m(&self) -> f64 {
-        self.spacing_m
-            * (self.elastic.stiffness_n_per_m() / self.friction.interfacial_stiffness_n_per_m).sqrt()
+        self.spacing_m * (self.elastic.stiffness_n_per_m / self.friction.interfacial_stiffness_n_per_m).sqrt()
     }
 }

@@ -297,7 +297,7 @@ impl Stuck {
             Some(chain) => {
                 let mut shear_n_per_m = pull_n_per_m;
                 if kt > 0.0 {
-                    Stiffness::of(plan, chain).solve(&mut shear_n_per_m);
+                    Stiffness::of(plan, &chain).solve(&mut shear_n_per_m);
                     let springs = &plan.friction.springs_n_per_m;
                     shear_n_per_m.iter_mut().zip(springs).for_each(|(moved, kt)| *moved *= kt);
                 }
@@ -311,14 +311,14 @@ impl Stuck {
                     .collect()
             }
             None => {
-                let lattice = plan.elastic.as_lattice();
-                let driven = slab::stuck_m(&lattice, kt, &plan.drive.springs, pull_n_per_m);
+                let lattice = &plan.elastic;
+                let driven = slab::stuck_m(lattice, kt, &plan.drive.springs, pull_n_per_m);
                 // If the load is constant, the loaded state is not needed.
                 let loaded = if plan.load_course.is_constant() {
                     plan.initial.displacement_m.clone()
                 } else {
-                    let pressed_n = slab::pressed_n(&lattice, &plan.top_load_n);
-                    slab::stuck_m(&lattice, kt, &plan.drive.springs, pressed_n)
+                    let pressed_n = slab::pressed_n(lattice, &plan.top_load_n);
+                    slab::stuck_m(lattice, kt, &plan.drive.springs, pressed_n)
                 };
                 let mu_s = &plan.friction.static_coefficients;
                 let linear = |at_start_n: f64, loaded_n: f64, driven_n: f64| Linear {

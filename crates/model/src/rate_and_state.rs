@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(course("-1e-5"), [10.0 * 1e-5; 2]);
         // a p / sqrt(m (K / N + 2 k)), of a single block a p / sqrt(m K).
         let plan = crate::Plan::new(&resolve("default", &["slider.blocks=4"]).unwrap());
-        let (k, drive_n_per_m) = (plan.elastic.stiffness_n_per_m(), plan.drive.springs[0].stiffness_n_per_m);
+        let (k, drive_n_per_m) = (plan.elastic.stiffness_n_per_m, plan.drive.springs[0].stiffness_n_per_m);
         let load_n = plan.total_normal_load_n;
         let four = 0.01 * load_n / 4.0 / (plan.block_mass_kg * (0.25 * drive_n_per_m + 2.0 * k)).sqrt();
         let one = 0.01 * load_n / (4.0 * plan.block_mass_kg * drive_n_per_m).sqrt();

@@ -71,7 +71,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             Refusals { entries, errors }.refuse(
                 "slider.rows",
                 problem,
-                format!("a {} that its load presses onto all of its contacts", scenario.elastic().name()),
+                format!("a {} that its load presses onto all of its contacts", scenario.elastic().table.name),
             );
         }
         return;
@@ -376,7 +376,7 @@ fn loaded_starts_leave_out_nothing_but_known_motion(scenario: &Scenario, refusal
         && !scenario.has_contact_courses()
         && scenario.normal_load.schedule_s.is_empty();
     let (problem, accepted) = if scenario.slider.is_lattice() {
-        let what = scenario.elastic().name();
+        let what = scenario.elastic().table.name;
         (
             format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),
             format!("\"at-rest\", or {}", scenario.slider.keys_of_a_chain()),
@@ -403,7 +403,7 @@ const BELOW_THE_BOUND: f64 = 1e-12;
 fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let longest_s = longest_stable_step_s(scenario);
     if scenario.time.step_s >= longest_s * (1.0 - BELOW_THE_BOUND) {
-        let body = scenario.elastic().name();
+        let body = scenario.elastic().table.name;
         refusals.refuse(
             "time.step_s",
             format!("{:e} is above the stability limit of the scheme for this {body}", scenario.time.step_s),

@@ -173,7 +173,7 @@ pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
     }
     let tangential_n = tangential_force_n(plan);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
-    let lattice = plan.elastic.as_lattice();
+    let lattice = plan.elastic;
     let is_held = |(n, pull_n): (usize, &f64)| {
         (pull_n - kt * u[lattice.tangential_freedom(n)]).abs() <= UNBALANCED * mean_n
     };
@@ -184,7 +184,7 @@ pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
 }
 
 /// The pull of springs on each contact at the start, without friction and drive
-/// ([`Elastic::tangential_force_n`](crate::Elastic::tangential_force_n)).
+/// ([`Lattice::tangential_force_n`]).
 pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
     plan.elastic.tangential_force_n(&plan.initial.displacement_m)
 }
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn a_slab_at_rest_is_symmetric_and_held() {
         let plan = plan(&[]);
-        let lattice = plan.elastic.as_lattice();
+        let lattice = plan.elastic;
         let (nodes, columns) = (lattice.nodes(), lattice.columns);
         let u = &plan.initial.displacement_m;
         let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn a_kept_solution_is_that_of_its_own_forces_stiffness_and_drive() {
         let plan = plan(&["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7"]);
-        let (lattice, kt) = (plan.elastic.as_lattice(), plan.friction.interfacial_stiffness_n_per_m);
+        let (lattice, kt) = (plan.elastic, plan.friction.interfacial_stiffness_n_per_m);
         let force_n = |factor: f64| {
             let load_n: Vec<f64> = plan.top_load_n.iter().map(|load_n| factor * load_n).collect();
             super::pressed_n(&lattice, &load_n)
@@ -301,7 +301,7 @@ mod tests {
     #[test]
     fn the_default_slab_has_the_numbers_of_the_page() {
         let plan = plan(&[]);
-        let (k, m) = (plan.elastic.stiffness_n_per_m(), plan.block_mass_kg);
+        let (k, m) = (plan.elastic.stiffness_n_per_m, plan.block_mass_kg);
         let speed = |share: f64| plan.spacing_m * (share * k / m).sqrt();
         assert!((speed(1.5) - 1720.0).abs() < 0.5 && (speed(0.5) - 993.0).abs() < 0.5);
         assert!((plan.scales.wave_speed_m_per_s() / speed(0.5) - 1.0).abs() < 1e-12);
@@ -335,7 +335,7 @@ mod tests {
             ),
         ] {
             let plan = Plan::new(&resolve(name, &[""; 0]).unwrap());
-            let (lattice, p) = (plan.elastic.as_lattice(), &plan.normal_load_n);
+            let (lattice, p) = (plan.elastic, &plan.normal_load_n);
             let (tau, u) = (super::tangential_force_n(&plan), &plan.initial.displacement_m);
             let (along, across) = tau.split_at(plan.blocks);
             let is = |found: f64, expected: f64| {
@@ -361,7 +361,7 @@ mod tests {
     #[test]
     fn a_body_at_rest_is_symmetric_and_a_sheet_at_rest_is_not_strained() {
         let plan = Plan::new(&resolve("body-coarse", &[""; 0]).unwrap());
-        let lattice = plan.elastic.as_lattice();
+        let lattice = plan.elastic;
         let (nodes, u) = (lattice.nodes(), &plan.initial.displacement_m);
         let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
         for n in 0..nodes {

@@ -87,7 +87,7 @@ impl Stability {
         let b = effects.iter().sum::<f64>() / count;
         let drive_n_per_m =
             plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>() / count;
-        let (k, eta) = (plan.elastic.stiffness_n_per_m(), plan.elastic.damping_kg_per_s());
+        let (k, eta) = (plan.elastic.stiffness_n_per_m, plan.elastic.damping_kg_per_s);
         let mass_kg = if law.inertia { plan.block_mass_kg } else { 0.0 };
         let velocity_m_per_s = plan.drive.velocity_m_per_s;
         let critical_n_per_m = |damping_kg_per_s: f64| {

@@ -150,7 +150,7 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
 /// Warns of a re-attachment rule that makes the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let has_springs = plan.friction.law.junctions().is_none();
-    (has_springs && scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
+    (has_springs && scenario.friction.is_two_way() && plan.elastic.axes() > 1).then(|| {
         "friction.reattach = \"two-way\": with it the contacts of a slab chatter, thousands of times where \
          \"one-way\" gives a dozen events"
             .to_owned()
@@ -242,7 +242,7 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
         ""
     };
     let what = if plan.elastic.has_foundation() {
-        format!("slider.rows: the shear of the {} at rest exceeds", plan.elastic.name())
+        format!("slider.rows: the shear of the {} at rest exceeds", plan.elastic.table.name)
     } else {
         "initial_shear and prestress exceed".to_owned()
     };

@@ -59,7 +59,7 @@ pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
     if !run.plan.elastic.has_inside() {
         return None;
     }
-    let lattice = run.plan.elastic.as_lattice();
+    let lattice = run.plan.elastic;
     let (tau_n, _) = forces_n(run, states)?;
     let counts = [lattice.columns, lattice.lanes, lattice.rows];
     // Of the two faces at the ends, the nodes at an edge represent half as much, those at a corner a quarter.

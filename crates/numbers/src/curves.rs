@@ -184,7 +184,7 @@ pub fn growing_slips(run: &RunEvents, loads: &[Load]) -> Vec<(f64, f64)> {
 pub fn ring_down(run: &RunEvents, windows: &[WindowRecord]) -> Vec<(f64, f64, f64)> {
     let initial = run.plan.initial.velocity_m_per_s[0];
     let shape = analytic::mode_shape(run.scenario.initial_velocity.mode, run.header.blocks);
-    let rate = (run.plan.elastic.stiffness_n_per_m() / run.plan.block_mass_kg).sqrt();
+    let rate = (run.plan.elastic.stiffness_n_per_m / run.plan.block_mass_kg).sqrt();
     windows
         .iter()
         .filter(|record| record.first_block == 1)

@@ -240,7 +240,7 @@ pub fn theory(run: &RunEvents) -> Option<Front> {
 pub fn unit_m(run: &RunEvents) -> Option<f64> {
     let (friction, middle) = (&run.plan.friction, run.plan.blocks / 2);
     let weakening_n = friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle];
-    (weakening_n > 0.0).then(|| weakening_n / run.plan.elastic.stiffness_n_per_m())
+    (weakening_n > 0.0).then(|| weakening_n / run.plan.elastic.stiffness_n_per_m)
 }
 
 /// Deviation of the speed from the theory, over it.

@@ -74,7 +74,7 @@ mod tests {
     fn the_stiffness_is_that_of_the_stuck_chain_without_the_first_contact() {
         for sets in [&["slider.blocks=1"][..], &["slider.blocks=12"], &["drive.kind=top"]] {
             let plan = Plan::new(&asperity_model::resolve("chain-junctions", sets).unwrap());
-            let chain = plan.elastic.as_chain().unwrap();
+            let chain = &plan.elastic.as_chain().unwrap();
             let mut response_m = vec![0.0; plan.blocks];
             response_m[0] = 1.0;
             Stiffness::of(&plan, chain).solve(&mut response_m);

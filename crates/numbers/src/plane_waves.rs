@@ -70,7 +70,7 @@ impl Waves {
 /// The speeds, m/s, of waves along a row whose length is this many spacings; `None` for a chain.
 pub fn speeds_along_rows_m_per_s(plan: &asperity_model::Plan, spacings: f64) -> Option<[f64; 2]> {
     plan.elastic.longitudinal_over_shear()?;
-    let lattice = plan.elastic.as_lattice();
+    let lattice = plan.elastic;
     let phase = 2.0 * std::f64::consts::PI / spacings;
     let Waves { shear, longitudinal } = Waves::in_lattice(&lattice, [phase, 0.0]);
     let rate = (lattice.stiffness_n_per_m / plan.block_mass_kg).sqrt();
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn the_bonds_make_the_waves_of_the_formula() {
         let plan = Plan::new(&resolve("slab", &["slider.rows=31"]).unwrap());
-        let lattice = &plan.elastic.as_lattice();
+        let lattice = &plan.elastic;
         for n in 0..200 {
             let phase = [f64::from(n % 20) * 0.157, f64::from(n / 20) * 0.314];
             let (found, expected) = (Waves::in_lattice(lattice, phase), Waves::in_theory(phase));

@@ -34,7 +34,7 @@ pub(crate) fn affected_cut_off(states: &States, blocks: f64) -> Option<f64> {
 fn stiffness_ratio(run: &RunEvents) -> f64 {
     let (plan, friction) = (&run.plan, &run.scenario.friction);
     match plan.friction.law.junctions() {
-        Some(_) => plan.friction.interfacial_stiffness_n_per_m / plan.elastic.stiffness_n_per_m(),
+        Some(_) => plan.friction.interfacial_stiffness_n_per_m / plan.elastic.stiffness_n_per_m,
         None => friction.interfacial_stiffness_ratio,
     }
 }

@@ -23,7 +23,7 @@ const BETWEEN_SPRINGS: f64 = 24.0;
 
 /// Where the drive pulls, in words.
 pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> String {
-    let rows = plan.elastic.as_lattice().lanes as u32;
+    let rows = plan.elastic.lanes as u32;
     match (kind, plan.driven_rows()) {
         _ if plan.drive.springs.is_empty() => "no drive".to_owned(),
         (DriveKind::Top, _) => "springs drive it from the top".to_owned(),
@@ -37,7 +37,7 @@ pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> String {
 
 /// What it is, and which of its nodes rub.
 pub(crate) fn body(plan: &Plan) -> &'static str {
-    match plan.elastic.as_lattice() {
+    match plan.elastic {
         Lattice { rows: 1, .. } => "a lattice all of whose nodes rub",
         Lattice { lanes: 1, .. } => "a lattice whose bottom row rubs",
         _ => "a lattice whose bottom layer rubs",
@@ -74,7 +74,7 @@ impl View {
 
 /// The sketch as SVG, with words for those who do not see it.
 pub(crate) fn sketch(plan: &Plan, height_m: f64, kind: DriveKind) -> String {
-    let lattice = plan.elastic.as_lattice();
+    let lattice = plan.elastic;
     let Lattice { columns, lanes, rows, .. } = lattice;
     let spacing = |count: usize| (count - 1) as f64 * plan.spacing_m;
     let view = View::of([plan.length_m, spacing(lanes), height_m], rows == 1);

@@ -63,7 +63,7 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
 }
 
 /// The registered detectors for a run of that plan.
-pub(crate) fn of_plan(plan: &Plan) -> Detectors {
+pub fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
     let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
     let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };

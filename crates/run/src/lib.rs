@@ -1,4 +1,4 @@
-//! A run as a library: run, resume, replay, check, salvage and verify.
+//! A run as a library: run, resume, replay, check and salvage.
 //!
 //! The `asperity` command adds arguments, messages and exit codes; other programs can call the same
 //! functions. In reading order:
@@ -9,7 +9,6 @@
 //! - [`Replay`]: sends a log through detectors.
 //! - [`OpenLog`], [`read_once`]: a log, checked while an observer receives it.
 //! - [`check`], [`Verdict`]: judges a log; [`salvage`]: recovers the sound parts of a damaged one.
-//! - [`verify`](verify::verify): compares the fast solver with the plain one.
 //! - [`Opened`]: the files and logs that the scenario of a user names.
 //! - [`study`]: named runs in a folder, made unless they exist.
 //!
@@ -63,7 +62,6 @@ mod states;
 pub mod stream;
 pub mod study;
 mod verdict;
-pub mod verify;
 
 pub use asperity_model::NodeState;
 pub use asperity_record::{Notice, Observer};

@@ -109,7 +109,7 @@ impl Nodes {
         Ok(Some(NodeState {
             step,
             time_s: self.plan.grid.time_s(step),
-            lattice: self.plan.elastic.as_lattice(),
+            lattice: self.plan.elastic,
             spacing_m: self.plan.spacing_m,
             normal_load_n: contact_loads_n(&self.plan, &state.slider),
             tangential_force_n: state.slider.tangential_force_n,

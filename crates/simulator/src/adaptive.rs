@@ -522,10 +522,6 @@ impl Solver for Adaptive {
         self.counters
     }
 
-    fn fork(&self) -> Box<dyn Solver> {
-        Box::new(self.clone())
-    }
-
     fn restore(&mut self, snapshot: &Snapshot) {
         let adaptive = snapshot.slider.adaptive.as_ref().expect("the state of an adaptive solver");
         self.slider = SliderState { adaptive: None, ..snapshot.slider.clone() };

@@ -39,9 +39,9 @@
 //! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs
 //! sums, over the steps, of the displacements of the driven blocks, which windows and jumps have in closed form.
 
+use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 use asperity_model::ends::absorbing_kg_per_s;
-use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::cost::span_steps;
@@ -594,7 +594,7 @@ fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
 /// Number of orders beyond which terms are negligible: a difference of the chain's fastest mode is at
 /// most `max(dt w, 4 eta dt / m + (dt w)^2)` of it, with `w` its frequency.
 fn orders(plan: &Plan) -> usize {
-    let (elastic, dt, mass): (&Elastic, _, _) = (&plan.elastic, plan.grid.step_s(), plan.block_mass_kg);
+    let (elastic, dt, mass) = (&plan.elastic, plan.grid.step_s(), plan.block_mass_kg);
     let stiffest = elastic.spectral_bound_n_per_m()
         + plan.friction.stiffest_spring_n_per_m()
         + plan.drive.stiffest_n_per_m();

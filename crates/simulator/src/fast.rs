@@ -27,7 +27,7 @@ use crate::counters::Counters;
 use crate::energy::Bookkeeping;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
-use crate::single_step::Driving;
+use crate::single_step::{Driving, SingleSteps};
 use crate::solver::{Next, SimulationError, Solver};
 use crate::stepper::Stepper;
 use crate::stop::{Stop, steps_between_looks};
@@ -312,10 +312,6 @@ impl<L: Leaps> Solver for Fast<L> {
 
     fn snapshot(&self) -> Snapshot {
         Snapshot { slider: self.stepper.state().clone(), pace: self.pace }
-    }
-
-    fn fork(&self) -> Box<dyn Solver> {
-        Box::new(self.clone())
     }
 
     fn restore(&mut self, snapshot: &Snapshot) {

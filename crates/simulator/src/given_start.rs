@@ -56,7 +56,7 @@ fn carried_solver(slider: &SliderState, pace: Pace, plan: &Plan) -> CarriedSolve
         aged_threshold_n: slider.aged_threshold_n.clone(),
         has_open_span: slider.energy.span.is_some(),
         pace: [pace.single_steps, pace.no_jump_before_step, pace.saved_steps],
-        mirrors: plan.elastic.as_chain().is_none() && mirrors_itself(plan, &plan.elastic.as_lattice()),
+        mirrors: plan.elastic.as_chain().is_none() && mirrors_itself(plan, &plan.elastic),
         adaptive: slider
             .adaptive
             .as_ref()

@@ -29,16 +29,8 @@ use crate::kernels::{self, Bearing};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(into = "Stored", try_from = "Stored")]
 pub struct JunctionState {
-    /// Junctions of a contact.
-    count: usize,
-    /// Contact by contact, for each junction: its anchor, of the outermost slipping ones that of the last visit;
-    /// its last step of slip, 0 for a pinned one; how often it has broken.
-    anchor_m: Vec<f64>,
-    slips_until_step: Vec<u64>,
-    breaks: Vec<u64>,
-    /// Of all junctions, up to the last step and up to the one before.
-    totals: JunctionTotals,
-    totals_before: JunctionTotals,
+    /// Of the outermost slipping junctions, anchors are those of the last visit.
+    kept: Stored,
     contacts: Summaries,
 }
 
@@ -65,10 +57,14 @@ struct Summaries {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stored {
+    /// Junctions of a contact.
     count: usize,
+    /// Contact by contact, for each junction: its anchor; its last step of slip, 0 for a pinned one; how often it has
+    /// broken.
     anchor_m: Vec<f64>,
     slips_until_step: Vec<u64>,
     breaks: Vec<u64>,
+    /// Of all junctions, up to the last step and up to the one before.
     totals: JunctionTotals,
     totals_before: JunctionTotals,
 }
@@ -78,8 +74,7 @@ impl From<JunctionState> for Stored {
         for n in 0..state.contacts.slipping.len() {
             state.refresh(n);
         }
-        let JunctionState { count, anchor_m, slips_until_step, breaks, totals, totals_before, .. } = state;
-        Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before }
+        state.kept
     }
 }
 
@@ -87,12 +82,12 @@ impl TryFrom<Stored> for JunctionState {
     type Error = &'static str;
 
     fn try_from(stored: Stored) -> Result<JunctionState, &'static str> {
-        let Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before } = stored;
-        let all = anchor_m.len();
-        if count == 0 || all % count != 0 || slips_until_step.len() != all || breaks.len() != all {
+        let (count, all) = (stored.count, stored.anchor_m.len());
+        if count == 0 || all % count != 0 || [stored.slips_until_step.len(), stored.breaks.len()] != [all; 2]
+        {
             return Err("the junctions of its contacts are incomplete");
         }
-        Ok(JunctionState::of(count, anchor_m, slips_until_step, breaks, [totals, totals_before]))
+        Ok(JunctionState::of(stored))
     }
 }
 
@@ -106,10 +101,12 @@ impl JunctionState {
     /// At the start of a plan: all junctions pinned, unless it begins in a given state; `None` by laws without them.
     pub(crate) fn initial(plan: &Plan) -> Option<Box<JunctionState>> {
         let law = plan.friction.law.junctions()?;
+        let count = law.count;
         let carried = plan.initial.carried.as_ref().and_then(|carried| carried.junctions.clone());
         if let Some(CarriedJunctions { anchor_m, slips_until_step, breaks, totals }) = carried {
-            let totals = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
-            return Some(Box::new(JunctionState::of(law.count, anchor_m, slips_until_step, breaks, totals)));
+            let [totals, totals_before] = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
+            let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+            return Some(Box::new(JunctionState::of(kept)));
         }
         let mut anchor_m = Vec::with_capacity(plan.blocks * law.count);
         for n in 0..plan.blocks {
@@ -119,18 +116,14 @@ impl JunctionState {
             anchor_m.extend(law.offsets(n).iter().map(|q| mean_m + width_n * q / k));
         }
         let zeros = vec![0; anchor_m.len()];
-        let totals = [JunctionTotals::default(); 2];
-        Some(Box::new(JunctionState::of(law.count, anchor_m, zeros.clone(), zeros, totals)))
+        let (totals, totals_before) = Default::default();
+        let (slips_until_step, breaks) = (zeros.clone(), zeros);
+        let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+        Some(Box::new(JunctionState::of(kept)))
     }
 
-    fn of(
-        count: usize,
-        anchor_m: Vec<f64>,
-        slips_until_step: Vec<u64>,
-        breaks: Vec<u64>,
-        [totals, totals_before]: [JunctionTotals; 2],
-    ) -> JunctionState {
-        let contacts = anchor_m.len() / count;
+    fn of(kept: Stored) -> JunctionState {
+        let contacts = kept.anchor_m.len() / kept.count;
         let zeros = || vec![0.0; contacts];
         let summaries = Summaries {
             slipping: vec![0; contacts],
@@ -147,15 +140,7 @@ impl JunctionState {
             pinned_high_m: zeros(),
             due_step: zeros(),
         };
-        let mut state = JunctionState {
-            count,
-            anchor_m,
-            slips_until_step,
-            breaks,
-            totals,
-            totals_before,
-            contacts: summaries,
-        };
+        let mut state = JunctionState { kept, contacts: summaries };
         for n in 0..contacts {
             state.summarize(n);
         }
@@ -167,13 +152,13 @@ impl JunctionState {
         let slides = |law: Junctions| {
             slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
         };
-        let slipping = self.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
-        let breaks = self.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
-        let (totals, before) = (self.totals, self.totals_before);
-        self.anchor_m.len() == plan.blocks * self.count
-            && plan.friction.law.junctions().is_some_and(|law| law.count == self.count && slides(law))
-            && self.breaks.iter().all(|breaks| *breaks <= step)
-            && self.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
+        let slipping = self.kept.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
+        let breaks = self.kept.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
+        let (totals, before) = (self.kept.totals, self.kept.totals_before);
+        self.kept.anchor_m.len() == plan.blocks * self.kept.count
+            && plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
+            && self.kept.breaks.iter().all(|breaks| *breaks <= step)
+            && self.kept.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
             && breaks == Some(totals.breaks)
             && totals.repins.checked_add(slipping) == breaks
             && before.breaks <= totals.breaks
@@ -189,12 +174,12 @@ impl JunctionState {
 
     /// Breaks and re-pins up to the last step.
     pub fn totals(&self) -> JunctionTotals {
-        self.totals
+        self.kept.totals
     }
 
     /// Breaks and re-pins of all steps before the last.
     pub(crate) fn totals_before(&self) -> JunctionTotals {
-        self.totals_before
+        self.kept.totals_before
     }
 
     /// How many junctions of a contact slip.
@@ -204,23 +189,25 @@ impl JunctionState {
 
     /// The anchors of a contact, and whether each junction slips.
     fn junctions(&self, n: usize) -> impl Iterator<Item = (f64, bool)> + '_ {
-        let of = n * self.count..(n + 1) * self.count;
+        let of = n * self.kept.count..(n + 1) * self.kept.count;
         let contacts = &self.contacts;
         let low = (contacts.visited_low_m[n], contacts.low_m[n]);
         let high = (contacts.visited_high_m[n], contacts.high_m[n]);
-        self.anchor_m[of.clone()].iter().zip(&self.slips_until_step[of]).map(move |(anchor, until)| {
-            let slips = *until != 0;
-            let anchor = match [low, high].into_iter().find(|(visited, _)| slips && anchor == visited) {
-                Some((_, dragged)) => dragged,
-                None => *anchor,
-            };
-            (anchor, slips)
-        })
+        self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]).map(
+            move |(anchor, until)| {
+                let slips = *until != 0;
+                let anchor = match [low, high].into_iter().find(|(visited, _)| slips && anchor == visited) {
+                    Some((_, dragged)) => dragged,
+                    None => *anchor,
+                };
+                (anchor, slips)
+            },
+        )
     }
 
     /// Energy of the junctions of a contact at `u`.
     pub(crate) fn energy_j(&self, plan: &Plan, n: usize, u: f64) -> f64 {
-        let k = plan.friction.contact_stiffness_n_per_m[n] / self.count as f64;
+        let k = plan.friction.contact_stiffness_n_per_m[n] / self.kept.count as f64;
         self.junctions(n).map(|(anchor, _)| 0.5 * k * (u - anchor) * (u - anchor)).sum()
     }
 
@@ -230,7 +217,7 @@ impl JunctionState {
         let per_m = plan.friction.contact_stiffness_n_per_m[n] / normal_load_n;
         let forces =
             || self.junctions(n).filter(|(_, slips)| !slips).map(move |(anchor, _)| per_m * (u - anchor));
-        let count = (self.count - self.slipping(n) as usize) as f64;
+        let count = (self.kept.count - self.slipping(n) as usize) as f64;
         if count == 0.0 || normal_load_n == 0.0 {
             return [0.0; 2];
         }
@@ -242,16 +229,19 @@ impl JunctionState {
     /// Brings the anchors of a contact's junctions up to the last step.
     fn refresh(&mut self, n: usize) {
         let now: Vec<f64> = self.junctions(n).map(|(anchor, _)| anchor).collect();
-        self.anchor_m[n * self.count..(n + 1) * self.count].copy_from_slice(&now);
+        self.kept.anchor_m[n * self.kept.count..(n + 1) * self.kept.count].copy_from_slice(&now);
         self.contacts.visited_low_m[n] = self.contacts.low_m[n];
         self.contacts.visited_high_m[n] = self.contacts.high_m[n];
     }
 
     /// Derives what the kernel needs of a contact from its junctions.
     fn summarize(&mut self, n: usize) {
-        let of = n * self.count..(n + 1) * self.count;
+        let of = n * self.kept.count..(n + 1) * self.kept.count;
         let all = || {
-            self.anchor_m[of.clone()].iter().copied().zip(self.slips_until_step[of.clone()].iter().copied())
+            self.kept.anchor_m[of.clone()]
+                .iter()
+                .copied()
+                .zip(self.kept.slips_until_step[of.clone()].iter().copied())
         };
         let slipping = || all().filter(|(_, until)| *until != 0).map(|(anchor, _)| anchor);
         let pinned = || all().filter(|(_, until)| *until == 0).map(|(anchor, _)| anchor);
@@ -352,7 +342,7 @@ impl JunctionLoops {
         outer_n: &mut [f64],
         at: &Loaded<'_>,
     ) {
-        state.totals_before = state.totals;
+        state.kept.totals_before = state.kept.totals;
         let contacts = &mut state.contacts;
         let bearing = Bearing {
             u: at.u,
@@ -397,26 +387,26 @@ impl JunctionLoops {
         let released_j = |from: f64, to: f64| 0.5 * k * (to - from) * ((u - from) + (u - to));
         let all = n * law.count..(n + 1) * law.count;
         for j in all.clone() {
-            if state.slips_until_step[j] != 0 {
-                let from = state.anchor_m[j];
-                state.anchor_m[j] = from.max(u - reach).min(u + reach);
-                self.visits_j += released_j(from, state.anchor_m[j]);
+            if state.kept.slips_until_step[j] != 0 {
+                let from = state.kept.anchor_m[j];
+                state.kept.anchor_m[j] = from.max(u - reach).min(u + reach);
+                self.visits_j += released_j(from, state.kept.anchor_m[j]);
             }
         }
-        let anchors: f64 = state.anchor_m[all.clone()].iter().sum();
+        let anchors: f64 = state.kept.anchor_m[all.clone()].iter().sum();
         let mut broken_m = 0.0;
         for j in all.clone() {
-            let stretch = u - state.anchor_m[j];
-            if state.slips_until_step[j] == 0 && k * stretch.abs() >= strength {
+            let stretch = u - state.kept.anchor_m[j];
+            if state.kept.slips_until_step[j] == 0 && k * stretch.abs() >= strength {
                 let to = if stretch == 0.0 { u } else { u - reach.copysign(stretch) };
-                self.visits_j += released_j(state.anchor_m[j], to);
-                broken_m += to - state.anchor_m[j];
-                state.anchor_m[j] = to;
-                state.breaks[j] += 1;
-                state.totals.breaks += 1;
-                let steps = law.slip_steps(n, j - all.start, state.breaks[j], self.step_s);
+                self.visits_j += released_j(state.kept.anchor_m[j], to);
+                broken_m += to - state.kept.anchor_m[j];
+                state.kept.anchor_m[j] = to;
+                state.kept.breaks[j] += 1;
+                state.kept.totals.breaks += 1;
+                let steps = law.slip_steps(n, j - all.start, state.kept.breaks[j], self.step_s);
                 // A time that is longer than any run saturates.
-                state.slips_until_step[j] = at.step.saturating_add(steps);
+                state.kept.slips_until_step[j] = at.step.saturating_add(steps);
             }
         }
         self.visited.push(n);
@@ -440,17 +430,17 @@ impl JunctionLoops {
             // Without load all junctions slip, however long.
             let bears = after.threshold_n[n] > 0.0 || after.sliding_friction_n[n] > 0.0;
             for j in of.clone() {
-                let until = state.slips_until_step[j];
+                let until = state.kept.slips_until_step[j];
                 if bears && until != 0 && until <= after.step {
-                    let stretch = u - state.anchor_m[j];
+                    let stretch = u - state.kept.anchor_m[j];
                     self.visits_j += 0.5 * k * stretch * stretch;
-                    state.anchor_m[j] = u;
-                    state.slips_until_step[j] = 0;
-                    state.totals.repins += 1;
+                    state.kept.anchor_m[j] = u;
+                    state.kept.slips_until_step[j] = 0;
+                    state.kept.totals.repins += 1;
                 }
             }
             state.summarize(n);
-            mean_anchor_m[n] = state.anchor_m[of].iter().sum::<f64>() * self.share;
+            mean_anchor_m[n] = state.kept.anchor_m[of].iter().sum::<f64>() * self.share;
             any |= self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
         }
         any

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use asperity_model::Plan;
 use asperity_model::laws::FrictionLaw;
-use asperity_model::{Elastic, Plan};
 
 use crate::adaptive::{self, Adaptive};
 use crate::fast::{self, ChainLeaps, Fast, LatticeLeaps};
@@ -12,12 +12,11 @@ use crate::solver::Solver;
 
 /// The fast solver of a plan; the leaps of each body are registered here.
 pub(crate) fn fast(plan: Arc<Plan>) -> Box<dyn Solver> {
-    match plan.elastic {
-        Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain)),
-        Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => {
-            Box::new(Fast::<LatticeLeaps<2>>::new(plan, &lattice))
-        }
-        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps<1>>::new(plan, &lattice)),
+    let lattice = plan.elastic;
+    match lattice.as_chain() {
+        Some(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain)),
+        None if lattice.tangential_axes() > 1 => Box::new(Fast::<LatticeLeaps<2>>::new(plan, &lattice)),
+        None => Box::new(Fast::<LatticeLeaps<1>>::new(plan, &lattice)),
     }
 }
 

@@ -6,7 +6,7 @@
 //!
 //! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified
-//! jumps where all are stuck, single steps in between. [`equality`] compares them.
+//! jumps where all are stuck, single steps in between. `cargo xtask verify` compares them.
 //!
 //! Ten blocks, up to where the first of them slips:
 //!
@@ -54,7 +54,6 @@
 //! - `adaptive`: steps of varying length, for friction under which nothing sticks.
 //! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
 //!   the runs of a process.
-//! - [`equality`]: compares two solvers, and settles what rounding decides.
 //!
 //! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
 //! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
@@ -68,7 +67,6 @@ mod complex;
 mod cost;
 mod counters;
 mod energy;
-pub mod equality;
 mod fast;
 mod given_start;
 mod instability_stop;
@@ -104,10 +102,12 @@ pub use instability_stop::MOST_SCHEME_SHARE;
 pub use junctions::JunctionState;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
+pub use norms::Norms;
 pub use pace::{Pace, Snapshot};
 pub use plain::Plain;
-pub use recorder::contact_loads_n;
+pub use recorder::{contact_loads_n, fields};
 pub use single_step::Driving;
 pub use solver::{Next, SimulationError, Solver};
 pub use state::SliderState;
 pub use stop::Stop;
+pub use strength::threshold_n;

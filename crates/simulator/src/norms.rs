@@ -41,7 +41,7 @@ const STATE_ROUNDING_ERRORS: f64 = 8.0;
 
 /// Constants that turn the norm `sqrt(I)` into bounds on forces and velocities.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Norms {
+pub struct Norms {
     /// `|tau_n| <= force * sqrt(I)` for every block, in N / sqrt(J).
     pub(crate) force: f64,
     /// `|v_n| <= velocity * sqrt(I)` for every block, in (m/s) / sqrt(J).
@@ -62,7 +62,7 @@ pub(crate) struct Norms {
 
 impl Norms {
     /// From the plan's constants alone, for any set of sliding contacts. For the springs between nodes it
-    /// uses the bounds of [`asperity_model::Elastic`], given here with their values for a chain.
+    /// uses the bounds of [`asperity_model::Lattice`], given here with their values for a chain.
     ///
     /// The velocity part of `I` is at least
     /// `s = m - dt (4 eta + E) / 2 - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
@@ -70,14 +70,14 @@ impl Norms {
     /// `tau = -P w - (C + dt P / 2) v` with `P` the stiffness without friction
     /// springs; a row of it is bounded by `sqrt(P_nn) sqrt(w M w)`, since `P <= M`,
     /// and a row of a second difference has length `sqrt(6)`.
-    pub(crate) fn of(plan: &Plan) -> Norms {
+    pub fn of(plan: &Plan) -> Norms {
         let (elastic, dt) = (&plan.elastic, plan.grid.step_s());
         let (kt, drive) = (plan.friction.stiffest_spring_n_per_m(), plan.drive.stiffest_n_per_m());
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
         let radiation = plan.friction.law.radiation_kg_per_s() + absorbing_kg_per_s(&plan.end_bonds);
         let stiffest = elastic.stiffest_n_per_m(kt, drive);
         let most_damped = elastic.damping_spectral_bound_kg_per_s() + radiation;
-        let foundation = elastic.as_lattice().foundation_n_per_m;
+        let foundation = elastic.foundation_n_per_m;
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();
@@ -122,7 +122,7 @@ impl Norms {
 
     /// How far the rounding of displacements and velocities of this size may
     /// move a force, generously.
-    pub(crate) fn force_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
+    pub fn force_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         ROUNDING_ERRORS
             * f64::EPSILON
             * (self.stiffness_n_per_m * displacement_m
@@ -131,7 +131,7 @@ impl Norms {
     }
 
     /// How far rounding may move a velocity: by one of the same energy.
-    pub(crate) fn velocity_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
+    pub fn velocity_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         let rate = (self.stiffness_n_per_m / self.mass_kg).sqrt();
         ROUNDING_ERRORS * f64::EPSILON * (rate * displacement_m + velocity_m_per_s)
     }

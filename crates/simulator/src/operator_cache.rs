@@ -118,11 +118,11 @@ mod tests {
     }
 
     fn basis(cache: &OperatorCache, plan: &Plan) -> Arc<Chebyshev> {
-        cache.basis(plan, plan.elastic.as_chain().unwrap())
+        cache.basis(plan, &plan.elastic.as_chain().unwrap())
     }
 
     fn modes(cache: &OperatorCache, plan: &Plan) -> Option<Arc<Modes>> {
-        cache.modes(plan, plan.elastic.as_chain().unwrap())
+        cache.modes(plan, &plan.elastic.as_chain().unwrap())
     }
 
     #[test]
@@ -155,7 +155,7 @@ mod tests {
             let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
             // Cached results equal fresh ones to the bit, except for the sign of zero.
-            let alone = Modes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap())).unwrap();
+            let alone = Modes::of(&Propagator::of(&other, &other.elastic.as_chain().unwrap())).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
         let again = modes(&cache, &plan(&[])).unwrap();
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn a_map_that_differs_in_one_bit_of_anything_is_another() {
         let plan = plan(&[]);
-        let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
+        let map = Propagator::of(&plan, &plan.elastic.as_chain().unwrap());
         let up = |number: &mut f64| *number = number.next_up();
         let changes: [&dyn Fn(&mut Propagator); 9] = [
             &|map| up(&mut map.step_s),
@@ -207,7 +207,7 @@ mod tests {
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
             let mut solver =
-                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.as_chain().unwrap());
+                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), &plan.elastic.as_chain().unwrap());
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

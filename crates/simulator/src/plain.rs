@@ -1,9 +1,8 @@
 //! The solver that takes every step: the reference for the fast solver.
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 
 use crate::body::{ChainBody, LatticeBody, OfPlan};
 use crate::counters::Counters;
@@ -17,43 +16,11 @@ use crate::stepper::Stepper;
 use crate::stop::{Stop, steps_between_looks};
 
 /// Takes every step singly.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Plain {
     plan: Arc<Plan>,
-    stepper: Box<dyn AnyStepper>,
+    stepper: Box<dyn SingleSteps>,
     recorder: Recorder,
-}
-
-/// A stepper, whatever its body.
-trait AnyStepper: SingleSteps + Debug + Send {
-    fn take_step(&mut self) -> Driving;
-    fn counters(&self) -> Counters;
-    fn restore(&mut self, state: &SliderState);
-    fn boxed(&self) -> Box<dyn AnyStepper>;
-}
-
-impl<B: OfPlan> AnyStepper for Stepper<B> {
-    fn take_step(&mut self) -> Driving {
-        self.take_step(u64::MAX)
-    }
-
-    fn counters(&self) -> Counters {
-        self.counters()
-    }
-
-    fn restore(&mut self, state: &SliderState) {
-        self.restore(state);
-    }
-
-    fn boxed(&self) -> Box<dyn AnyStepper> {
-        Box::new(self.clone())
-    }
-}
-
-impl Clone for Box<dyn AnyStepper> {
-    fn clone(&self) -> Box<dyn AnyStepper> {
-        (**self).boxed()
-    }
 }
 
 impl Plain {
@@ -68,15 +35,14 @@ impl Plain {
     /// Without type parameters: a function with them is compiled, loops and all, in the crate that calls it,
     /// which may not be optimised.
     fn at_start(plan: Arc<Plan>) -> Plain {
-        fn of<B: OfPlan>(plan: &Arc<Plan>, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
+        fn of<B: OfPlan>(plan: &Arc<Plan>, elastic: &B::Elastic) -> Box<dyn SingleSteps> {
             Box::new(Stepper::<B>::new(Arc::clone(plan), elastic, Bookkeeping::EveryStep))
         }
-        let mut stepper = match &plan.elastic {
-            Elastic::Chain(chain) => of::<ChainBody>(&plan, chain),
-            Elastic::Lattice(lattice) if lattice.tangential_axes() > 1 => {
-                of::<LatticeBody<2>>(&plan, lattice)
-            }
-            Elastic::Lattice(lattice) => of::<LatticeBody>(&plan, lattice),
+        let lattice = plan.elastic;
+        let mut stepper = match lattice.as_chain() {
+            Some(chain) => of::<ChainBody>(&plan, &chain),
+            None if lattice.tangential_axes() > 1 => of::<LatticeBody<2>>(&plan, &lattice),
+            None => of::<LatticeBody>(&plan, &lattice),
         };
         Plain { recorder: Recorder::at_start(&plan, &mut *stepper), stepper, plan }
     }
@@ -93,7 +59,7 @@ impl Plain {
 
     /// Takes one step; returns the driving forces that it used.
     pub fn take_step(&mut self) -> Driving {
-        self.stepper.take_step()
+        self.stepper.take_step(u64::MAX)
     }
 }
 
@@ -141,10 +107,6 @@ impl Solver for Plain {
 
     fn snapshot(&self) -> Snapshot {
         Snapshot { slider: self.state().clone(), pace: Pace::default() }
-    }
-
-    fn fork(&self) -> Box<dyn Solver> {
-        Box::new(self.clone())
     }
 
     fn restore(&mut self, snapshot: &Snapshot) {

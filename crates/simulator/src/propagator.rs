@@ -4,8 +4,9 @@
 //! The polynomials of windows ([`crate::chebyshev`]) and the modes of the stuck chain ([`crate::modes`])
 //! depend on this alone, so runs with the same propagator share them ([`crate::operator_cache`]).
 
+use asperity_model::Lattice;
 use asperity_model::Plan;
-use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::elastic::Chain;
 use asperity_model::ends::EndBond;
 
 /// The linear part of a plan's steps.
@@ -47,9 +48,9 @@ impl Propagator {
         }
     }
 
-    /// The chain as an [`Elastic`].
-    pub(crate) fn elastic(&self) -> Elastic {
-        Elastic::Chain(self.chain)
+    /// The chain as a lattice.
+    pub(crate) fn elastic(&self) -> Lattice {
+        self.chain.as_lattice()
     }
 
     pub(crate) fn blocks(&self) -> usize {

@@ -232,7 +232,7 @@ fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator
     fields.then_some(Due::Fields).into_iter().chain(windows).chain(of_rupture)
 }
 
-pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
+fn is_on_cadence(every: u64, step: u64) -> bool {
     every > 0 && step.is_multiple_of(every)
 }
 
@@ -305,7 +305,7 @@ fn across(
 }
 
 /// The state of all blocks; of a lattice, of its contacts.
-pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
+pub fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
     let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
     let across = |values: &[f64], along| across(plan, state, values, along, 0..contacts);

@@ -63,9 +63,6 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// An independent copy.
-    fn fork(&self) -> Box<dyn Solver>;
-
     /// Continues from a snapshot, and drops records that were not yet returned.
     ///
     /// # Panics

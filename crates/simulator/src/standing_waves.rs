@@ -356,9 +356,9 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = StandingWaves::of(&plan, plan.elastic.as_chain().unwrap())
+            let mut waves = StandingWaves::of(&plan, &plan.elastic.as_chain().unwrap())
                 .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
-            let modes = Modes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()));
+            let modes = Modes::of(&Propagator::of(&plan, &plan.elastic.as_chain().unwrap()));
             let modes = modes.expect("the chain has modes");
             // All waves contribute to the displacement of block 7 and the velocity of the last block.
             let mut state = vec![0.0; 2 * blocks];
@@ -399,9 +399,9 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(StandingWaves::of(&plan, plan.elastic.as_chain().unwrap()).is_none());
+        assert!(StandingWaves::of(&plan, &plan.elastic.as_chain().unwrap()).is_none());
         assert!(
-            Modes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap())).is_some(),
+            Modes::of(&Propagator::of(&plan, &plan.elastic.as_chain().unwrap())).is_some(),
             "unlike stored modes"
         );
     }

@@ -92,24 +92,12 @@ impl SliderState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;
         let hold_step = plan.hold_step_at_start();
-        let point_m = plan.drive_point_m(initial.step, hold_step);
         let v = &initial.velocity_m_per_s;
         let mut tangential_force_n = plan.elastic.tangential_force_n(u);
-        let lattice = plan.elastic.as_lattice();
         for (n, tau) in tangential_force_n.iter_mut().enumerate() {
-            *tau += plan.elastic.damping_force_n(v, lattice.tangential_freedom(n));
+            *tau += plan.elastic.damping_force_n(v, plan.elastic.tangential_freedom(n));
         }
-        // In a lattice, other nodes than contacts may be driven.
-        for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
-            tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        for (tau, prestress) in tangential_force_n.iter_mut().zip(plan.outside_n(initial.step)) {
-            *tau += prestress;
-        }
-        tangential_force_n[0] += plan.drive_force_n(initial.step, hold_step).unwrap_or(0.0);
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_n(u, v), &mut tangential_force_n);
-        }
+        plan.add_outside_n(&mut tangential_force_n, [u, v], initial.step, hold_step);
         let is_given = plan.has_given_loads();
         let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();

@@ -76,11 +76,6 @@ impl<B: Body> Stepper<B> {
         }
     }
 
-    /// The state after the last step taken.
-    pub(crate) fn state(&self) -> &SliderState {
-        &self.state
-    }
-
     /// The state, for a solver that takes many steps at once.
     pub(crate) fn state_mut(&mut self) -> &mut SliderState {
         &mut self.state
@@ -94,76 +89,6 @@ impl<B: Body> Stepper<B> {
     /// The body.
     pub(crate) fn body(&self) -> &B {
         &self.body
-    }
-
-    /// The contacts that switched in the last step, counted from 0.
-    pub(crate) fn switched(&self) -> &[usize] {
-        &self.switched
-    }
-
-    /// Statistics of the steps taken so far.
-    pub(crate) fn counters(&self) -> Counters {
-        self.counters
-    }
-
-    /// Energies at the end of the last step.
-    pub(crate) fn energy(&mut self) -> Energy {
-        self.body.energy(&self.plan, &self.state)
-    }
-
-    /// Continues from a state.
-    ///
-    /// # Panics
-    /// If it is of a slider of another size.
-    pub(crate) fn restore(&mut self, state: &SliderState) {
-        let freedoms = self.state.displacement_m.len();
-        assert_eq!(state.displacement_m.len(), freedoms, "the state of a slider of another size");
-        self.state = state.clone();
-        self.switched.clear();
-        self.body.follow(&self.plan, &self.state);
-    }
-
-    /// Takes one step, the first of at least `steps_ahead` single steps; returns the driving forces that it
-    /// used.
-    pub(crate) fn take_step(&mut self, steps_ahead: u64) -> Driving {
-        let Stepper { plan, state, body, .. } = self;
-        let hold_step = state.hold_step;
-        body.begin_step(plan, state, steps_ahead);
-        state.step += 1;
-        state.sliding = state.detached;
-        let load = Load::in_step(plan, state.step, state.hold_step);
-        body.press(plan, state, load);
-        let driving = self.drive();
-        let Stepper { plan, state, body, .. } = self;
-        let may_switch = body.advance(plan, state);
-        // Under a law without friction springs, contacts stop within this step.
-        let holds = self.holds;
-        if !holds {
-            body.add_step(plan, state, load);
-        }
-        state.just_detached.clear();
-        self.switched.clear();
-        if may_switch {
-            self.switch_contacts();
-        }
-        let Stepper { plan, state, body, .. } = self;
-        if holds {
-            body.add_step(plan, state, load);
-        }
-        self.counters.plain_steps += 1;
-        self.counters.switches += self.switched.len() as u64;
-        self.counters.contact_steps_in_air += state.contacts_in_air();
-        if !state.memory.is_empty() {
-            body.remember(plan, state, &self.switched);
-        }
-        let stop = StopForce::of(plan, state.hold_step);
-        let all = || Load::of_all(plan, state.step, state.hold_step);
-        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(all())) {
-            state.hold_step = state.step;
-        }
-        let is_last = !self.switched.is_empty() || state.hold_step != hold_step;
-        body.end_step(plan, state, is_last);
-        driving
     }
 
     /// The forces of the drive, with its point at the new time and the nodes at their old positions.
@@ -278,18 +203,71 @@ fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) 
 
 impl<B: Body> SingleSteps for Stepper<B> {
     fn state(&self) -> &SliderState {
-        self.state()
+        &self.state
     }
 
     fn switched(&self) -> &[usize] {
-        self.switched()
+        &self.switched
     }
 
     fn energy(&mut self) -> Energy {
-        self.energy()
+        self.body.energy(&self.plan, &self.state)
     }
 
     fn initial_j(&self) -> f64 {
-        self.body().initial_j()
+        self.body.initial_j()
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn take_step(&mut self, steps_ahead: u64) -> Driving {
+        let Stepper { plan, state, body, .. } = self;
+        let hold_step = state.hold_step;
+        body.begin_step(plan, state, steps_ahead);
+        state.step += 1;
+        state.sliding = state.detached;
+        let load = Load::in_step(plan, state.step, state.hold_step);
+        body.press(plan, state, load);
+        let driving = self.drive();
+        let Stepper { plan, state, body, .. } = self;
+        let may_switch = body.advance(plan, state);
+        // Under a law without friction springs, contacts stop within this step.
+        let holds = self.holds;
+        if !holds {
+            body.add_step(plan, state, load);
+        }
+        state.just_detached.clear();
+        self.switched.clear();
+        if may_switch {
+            self.switch_contacts();
+        }
+        let Stepper { plan, state, body, .. } = self;
+        if holds {
+            body.add_step(plan, state, load);
+        }
+        self.counters.plain_steps += 1;
+        self.counters.switches += self.switched.len() as u64;
+        self.counters.contact_steps_in_air += state.contacts_in_air();
+        if !state.memory.is_empty() {
+            body.remember(plan, state, &self.switched);
+        }
+        let stop = StopForce::of(plan, state.hold_step);
+        let all = || Load::of_all(plan, state.step, state.hold_step);
+        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(all())) {
+            state.hold_step = state.step;
+        }
+        let is_last = !self.switched.is_empty() || state.hold_step != hold_step;
+        body.end_step(plan, state, is_last);
+        driving
+    }
+
+    fn restore(&mut self, state: &SliderState) {
+        let freedoms = self.state.displacement_m.len();
+        assert_eq!(state.displacement_m.len(), freedoms, "the state of a slider of another size");
+        self.state = state.clone();
+        self.switched.clear();
+        self.body.follow(&self.plan, &self.state);
     }
 }

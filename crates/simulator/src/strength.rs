@@ -191,7 +191,7 @@ pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, s
 
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
 /// that has detached since, the one that it had reached.
-pub(crate) fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
+pub fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     let static_n = match state.normal_load_n.get(n) {
         Some(normal_load_n) => static_coefficient(plan, state, n) * normal_load_n,
         None => {

@@ -211,7 +211,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
+            let mut window = Window::new(&plan, &plan.elastic.as_chain().unwrap());
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -228,7 +228,8 @@ mod tests {
                         .map(|(&j, factor)| factor * kernels::largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
-                let mut plain = start.clone();
+                let mut plain = Plain::new(plan.clone());
+                plain.restore(&state.clone().into());
                 'lengths: for index in 0..=opened {
                     while plain.step() < window.steps(index) {
                         plain.take_step();
@@ -259,7 +260,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap());
+            let mut window = Window::new(&plan, &plan.elastic.as_chain().unwrap());
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();
@@ -282,7 +283,7 @@ mod tests {
                     assert!(window.expansion.terms == length.terms || sizes.are_negligible(left_out));
                     counts.push(window.expansion.terms);
 
-                    let mut plain = start.clone();
+                    let mut plain = Plain::new(plan.clone());
                     plain.restore(&state.clone().into());
                     while plain.step() < state.step + window.steps(index) {
                         plain.take_step();

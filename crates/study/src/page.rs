@@ -121,7 +121,7 @@ impl StudyPage<'_> {
                 .map(|figure| {
                     let mut shown = shown(plan, figure);
                     shown.picture = picture(&shown.file, read)?;
-                    shown.file.insert_str(0, way);
+                    shown.file.insert_str(0, &way);
                     Ok(shown)
                 })
                 .collect::<Result<_, FileError>>()?,

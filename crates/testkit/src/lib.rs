@@ -23,6 +23,7 @@
 extern crate self as asperity_testkit;
 
 mod direct_junctions;
+pub mod equality;
 mod grey;
 pub mod kinds;
 mod logs;
@@ -31,6 +32,7 @@ mod plans;
 mod random;
 mod records;
 mod reference;
+pub mod verify;
 
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;

@@ -226,7 +226,7 @@ const OVER_AREA: &str =
 
 /// The state of all nodes of a lattice at a step: at rest but for these displacements, m.
 pub fn nodes(run: &RunData, step: u64, displacement_m: Vec<f64>) -> NodeState {
-    let lattice = run.plan.elastic.as_lattice();
+    let lattice = run.plan.elastic;
     NodeState {
         step,
         time_s: run.plan.grid.time_s(step),

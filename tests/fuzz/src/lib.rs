@@ -195,7 +195,7 @@ fn resolved(scenario: Result<Scenario, ScenarioErrors>) -> Option<Scenario> {
         (ScenarioSource::logged as fn(_, _) -> _, scenario.to_commented_toml()),
         (ScenarioSource::new, scenario.to_editable_toml()),
     ] {
-        let again = Scenario::resolve(&source("again.toml", &written))
+        let again = Scenario::resolve(&source("again.toml", written.clone()))
             .unwrap_or_else(|errors| panic!("refuses what it wrote itself: {errors}\n{written}"));
         assert_eq!(again.hash(), scenario.hash(), "reads other than it wrote:\n{written}");
     }

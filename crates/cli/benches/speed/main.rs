@@ -24,7 +24,7 @@ use std::process::{Command, ExitCode, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use asperity_model::Plan;
-use asperity_simulator::{Counters, Plain, Solver, SolverKind};
+use asperity_simulator::{Counters, Plain, SolverKind};
 
 /// Rounds of each comparison; the median counts.
 const ROUNDS: usize = 5;
@@ -167,8 +167,8 @@ fn against_c() {
         let plan = plan(&[&format!("parameter_set={set}")]);
         let c_ns = || {
             let numbers = [
-                plan.elastic.stiffness_n_per_m(),
-                plan.elastic.damping_kg_per_s(),
+                plan.elastic.stiffness_n_per_m,
+                plan.elastic.damping_kg_per_s,
                 plan.friction.interfacial_stiffness_n_per_m,
                 plan.grid.step_s(),
                 plan.block_mass_kg,

@@ -9,7 +9,7 @@ use std::fs;
 use std::time::Instant;
 
 use asperity_model::Plan;
-use asperity_simulator::{Counters, Plain, Solver, SolverKind};
+use asperity_simulator::{Counters, Solver, SolverKind};
 use asperity_testkit::Random;
 
 /// How many scenarios.
@@ -143,7 +143,7 @@ impl Case {
                     cpu_s(|| (counters, is_whole) = whole(SolverKind::Fast.start(plan.clone())))
                 } else {
                     cpu_s(|| {
-                        whole(Plain::new(plan.clone()));
+                        whole(SolverKind::Plain.start(plan.clone()));
                     })
                 };
             }
@@ -163,7 +163,7 @@ impl Case {
 }
 
 /// Takes a run; and whether it came to its end.
-fn whole(mut solver: impl Solver) -> (Counters, bool) {
+fn whole(mut solver: Box<dyn Solver>) -> (Counters, bool) {
     loop {
         match solver.next_record() {
             Ok(Some(record)) => drop(std::hint::black_box(record)),

@@ -25,8 +25,8 @@ struct Block {
 pub(crate) fn run(plan: &Plan, steps: u64) -> (f64, u64) {
     let dt = plan.grid.step_s();
     let constants = Constants {
-        k: plan.elastic.stiffness_n_per_m(),
-        eta: plan.elastic.damping_kg_per_s(),
+        k: plan.elastic.stiffness_n_per_m,
+        eta: plan.elastic.damping_kg_per_s,
         kt: plan.friction.interfacial_stiffness_n_per_m,
         dt,
         dt_over_m: dt / plan.block_mass_kg,

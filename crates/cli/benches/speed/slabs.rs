@@ -83,7 +83,7 @@ fn against_c() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let Some(program) = compiled("slab", "-O2", folder.path()) else { return };
     let plan = plan(&sets(SLABS[1]));
-    let lattice = &plan.elastic.as_lattice();
+    let lattice = &plan.elastic;
     let drive = plan.drive.springs[0];
     let numbers = [
         lattice.stiffness_n_per_m,

@@ -28,7 +28,7 @@ impl Figure for Dispersion {
                 run.name
             ));
         }
-        let lattice = run.plan.elastic.as_lattice();
+        let lattice = run.plan.elastic;
         if lattice.axes() > 2 {
             return Err(format!(
                 "run {} is of a body, whose waves run in three dimensions (accepted: a run of a slab or a sheet)",

@@ -223,10 +223,10 @@ impl Figure for SlabField {
             return Err(format!("left_out: {out} is not accepted (accepted: 0 to less than 0.5)"));
         }
         if !plan.elastic.has_inside() {
-            let (of, accepted) = (plan.elastic.name(), "(accepted: a run of a slab or a body)");
+            let (of, accepted) = (plan.elastic.table.name, "(accepted: a run of a slab or a body)");
             return Err(format!("run {} is of a {of}, which has no inside {accepted}", run.name));
         }
-        let lattice = plan.elastic.as_lattice();
+        let lattice = plan.elastic;
         let slice = self.slice(run, &lattice)?;
         let map = |(title, nodes): (_, &_)| (title, self.values(run, nodes, slice), Vec::new());
         let panels: Vec<Map> = nodes_at(run, &self.at_s)?.into_iter().map(map).collect();
@@ -275,7 +275,7 @@ impl SlabField {
 
     /// A number for each square of four nodes of a slice, row by row from the bottom or the first row across.
     fn values(&self, run: &RunData, nodes: &NodeState, (normal, place): (usize, usize)) -> Vec<f64> {
-        let lattice = run.plan.elastic.as_lattice();
+        let lattice = run.plan.elastic;
         let (u, rest, count) = (&nodes.displacement_m, &run.plan.initial.displacement_m, lattice.nodes());
         // From a node to the next one along x, across and upwards; across a slab there is none, and no strain.
         let is_slab = lattice.lanes == 1;
@@ -475,7 +475,7 @@ mod tests_of_slabs {
         let modulus_mpa = run.scenario.slider.youngs_modulus_pa * 1e-6;
         // u_i = gradient_ij x_j.
         let state = |gradient: [[f64; 3]; 3]| {
-            let lattice = run.plan.elastic.as_lattice();
+            let lattice = run.plan.elastic;
             let place = |node: usize| lattice.place(node).map(|n| n as f64 * run.plan.spacing_m);
             let along = |row: [f64; 3]| {
                 let of = move |node: usize| row.iter().zip(place(node)).map(|(g, x)| g * x).sum::<f64>();
@@ -499,7 +499,7 @@ mod tests_of_slabs {
         // Shear in the other planes is none of it.
         check("shear-stress", [[0.0, 1e-4, 0.0], [1e-4, 0.0, 2e-4], [0.0, 2e-4, 0.0]], 0.0);
         // Without a key the middle row is shown.
-        assert_eq!(figure("pressure").slice(&run, &run.plan.elastic.as_lattice()), Ok((1, 1)));
+        assert_eq!(figure("pressure").slice(&run, &run.plan.elastic), Ok((1, 1)));
     }
 
     #[test]

@@ -141,12 +141,12 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
     if !plan.has_theory() {
         return Vec::new();
     }
-    let k = plan.elastic.stiffness_n_per_m();
+    let k = plan.elastic.stiffness_n_per_m;
     let held = plan.drive.stiffness_n_per_m(plan.blocks);
     let front = |n: usize| {
         Some(Front {
             prestress: prestress(n)?,
-            relative_damping: plan.elastic.damping_kg_per_s() / (k * plan.block_mass_kg).sqrt(),
+            relative_damping: plan.elastic.damping_kg_per_s / (k * plan.block_mass_kg).sqrt(),
             relative_radiation: plan.friction.law.radiation_kg_per_s() / (k * plan.block_mass_kg).sqrt(),
             // Of a drive from the side, no block but the first has a spring.
             top_stiffness: held.iter().copied().fold(f64::INFINITY, f64::min).max(0.0) / k,

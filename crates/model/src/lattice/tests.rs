@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use super::{BLOCK, Bond, CHAIN, Lattice, SHEET, SLAB, Table};
-use crate::Elastic;
 use crate::splitmix::mixed;
 
 const fn with_springs(lattice: Lattice) -> Lattice {
@@ -267,7 +266,7 @@ fn diagonals_and_rows_are_those_of_the_lattice() {
     for (lattice, foundation_n_per_m) in LATTICES.iter().flat_map(|l| [(l, 0.0), (l, 2.0 * 9.0)]) {
         let lattice = Lattice { foundation_n_per_m, ..*lattice };
         let upward = lattice.table.upward();
-        let elastic = Elastic::Lattice(lattice);
+        let elastic = lattice;
         let (mut largest, mut rows) = ([0.0_f64; 2], vec![[0.0; 4]; lattice.freedoms()]);
         for column in 0..lattice.freedoms() {
             let mut unit = still(&lattice);
@@ -325,7 +324,7 @@ fn numbers_of_slabs_and_chains_are_what_they_were_to_the_bit() {
             ..Lattice::slab(5, 3)
         };
         let dt = 1e-6 * random(6);
-        let slab = Elastic::Lattice(lattice);
+        let slab = lattice;
         assert_eq!(slab.largest_diagonal_n_per_m(), (3.0 * k).max(1.5 * k + kf));
         assert_eq!(slab.row_bound_n_per_m(), (7.0 * k).max(3.5 * k + kf));
         assert_eq!(slab.damping_row_bound_kg_per_s(), 16.0 * eta);
@@ -339,7 +338,7 @@ fn numbers_of_slabs_and_chains_are_what_they_were_to_the_bit() {
             assert_eq!(slab.diagonal_n_per_m(contact), sides * 1.25 * k);
         }
         let chain = crate::elastic::Chain { nodes: 5, stiffness_n_per_m: k, damping_kg_per_s: eta };
-        let chain = Elastic::Chain(chain);
+        let chain = chain.as_lattice();
         assert_eq!(chain.largest_diagonal_n_per_m(), 2.0 * k);
         assert_eq!(chain.row_bound_n_per_m(), 4.0 * k);
         assert_eq!(chain.damping_row_bound_kg_per_s(), 4.0 * eta);

@@ -34,7 +34,7 @@ pub(super) fn lattices_are_square_and_known(scenario: &Scenario, refusals: &mut 
     if !slider.is_lattice() {
         return;
     }
-    let (what, chain) = (scenario.elastic().name(), slider.keys_of_a_chain());
+    let (what, chain) = (scenario.elastic().table.name, slider.keys_of_a_chain());
     if slider.blocks == 1 {
         refusals.refuse(
             "slider.blocks",

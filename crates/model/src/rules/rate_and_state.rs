@@ -17,7 +17,7 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
     let Some(law) = scenario.contact_law().rate_and_state() else { return };
     if slider.is_lattice() {
         let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
-        let what = scenario.elastic().name();
+        let what = scenario.elastic().table.name;
         let problem = format!("{THE_LAW} is available for chains and single blocks, not for a {what}");
         refusals.refuse(key, problem, "1, or another friction.law");
     }

@@ -6,7 +6,7 @@
 use asperity_detect::{Change, Slip, SlipRules, SlipTracker};
 use asperity_model::{Plan, RecordingPlan, resolve};
 use asperity_record::{Extent, Record};
-use asperity_simulator::{Solver, SolverKind};
+use asperity_simulator::SolverKind;
 
 /// The order in which forces are added moves loads by less than this.
 const LOAD_TOLERANCE: f64 = 1e-7;

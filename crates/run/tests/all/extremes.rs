@@ -64,7 +64,7 @@ fn runs_if_accepted(name: &str, sets: &[String]) -> bool {
     let constants = [
         plan.block_mass_kg,
         plan.spacing_m,
-        plan.elastic.stiffness_n_per_m(),
+        plan.elastic.stiffness_n_per_m,
         plan.friction.interfacial_stiffness_n_per_m,
         // The adaptive solver has none.
         if plan.friction.law.word().sticks() { plan.longest_stable_step_s } else { 1.0 },

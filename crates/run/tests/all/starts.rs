@@ -7,6 +7,7 @@ use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Observer, Record, StepRecord, Switch};
 use asperity_run::{Begin, LogTo, Opened, SolverKind, Task, Verdict, check, check_again, run};
 use asperity_runlog::{RunReader, Topics};
+use asperity_testkit::verify::{Verified, VerifyError};
 
 fn resolve(name: &str, sets: &[&str]) -> Result<Scenario, String> {
     let source = asperity_model::source(Path::new(name)).unwrap();
@@ -34,6 +35,12 @@ impl Observer for Seen {
     fn event(&mut self, event: &Event) {
         self.events.push(event.clone());
     }
+}
+
+/// Compares both solvers, with the events of all detectors.
+fn verify(plan: &Plan) -> Result<Verified, VerifyError> {
+    let events = |records: &[StepRecord]| asperity_run::detectors::of_plan(plan).all_events(records);
+    asperity_testkit::verify::verify(plan, events, |_| ())
 }
 
 /// Makes a run, with its log at a path if there is one, and as many checkpoints as there may be.
@@ -282,7 +289,7 @@ fn a_branch_has_another_load_from_its_first_step_on_and_counts_energies_from_the
                 - energy.elastic_j
         };
         assert!((balance(end) - balance(start)).abs() < 1e-8 * end.drive_work_j, "{start:?} {end:?}");
-        let verified = asperity_run::verify::verify(&Plan::new(&branch), |_| ()).unwrap();
+        let verified = verify(&Plan::new(&branch)).unwrap();
         assert!(verified.agreement.switches > 20);
     }
 }
@@ -543,7 +550,7 @@ fn what_a_solver_knows_is_left_behind_by_another_motion() {
             assert_eq!(changed.initial.state, branch.initial.state);
             assert_eq!(solver(&changed), None, "{name} {change}");
             if SolverKind::of(changed.friction.law).len() > 1 {
-                let verified = asperity_run::verify::verify(&Plan::new(&changed), |_| ());
+                let verified = verify(&Plan::new(&changed));
                 let verified = verified.unwrap_or_else(|error| panic!("{name} {change}: {error}"));
                 assert!(verified.agreement.switches > 20, "{name} {change}");
             }

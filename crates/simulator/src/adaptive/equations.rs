@@ -32,8 +32,8 @@
 //! fails. What is left is one tridiagonal system in `z`, which is exact, not an approximation. Should a pivot of it vanish,
 //! the step's error is not finite, and a shorter one is tried.
 
+use asperity_model::Plan;
 use asperity_model::rate_and_state::{RateAndState, asinh_of_exp};
-use asperity_model::{Elastic, Plan};
 
 /// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
 /// take.
@@ -166,14 +166,14 @@ pub(super) struct Equations {
 impl Equations {
     pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
         let (blocks, elastic) = (plan.blocks, &plan.elastic);
-        debug_assert!(matches!(elastic, Elastic::Chain(_)));
+        debug_assert!(elastic.as_chain().is_some());
         let prestress_n = plan.prestress_n.iter().copied().chain(std::iter::repeat(0.0));
         Equations {
             law,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            stiffness_n_per_m: elastic.stiffness_n_per_m(),
-            damping_kg_per_s: elastic.damping_kg_per_s(),
+            stiffness_n_per_m: elastic.stiffness_n_per_m,
+            damping_kg_per_s: elastic.damping_kg_per_s,
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
             prestress_n: prestress_n.take(blocks).collect(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),

@@ -355,12 +355,13 @@ mod tests {
 
     use asperity_model::law::magnitude;
     use asperity_model::plan::DriveSpring;
-    use asperity_model::{Elastic, InitialState, Lattice, Plan, resolve};
+    use asperity_model::{InitialState, Lattice, Plan, resolve};
 
     use super::LatticeBody;
     use crate::body::ChainBody;
     use crate::energy::Bookkeeping;
     use crate::law::loops_over_area;
+    use crate::single_step::SingleSteps;
     use crate::state::SliderState;
     use crate::stepper::Stepper;
 
@@ -379,7 +380,7 @@ mod tests {
             ..Lattice::block(columns, lanes, rows)
         };
         let (nodes, contacts) = (lattice.nodes(), lattice.contacts());
-        plan.elastic = Elastic::Lattice(lattice);
+        plan.elastic = lattice;
         plan.blocks = contacts;
         plan.block_mass_kg = 1e-3;
         plan.top_load_n = vec![20.0; contacts];
@@ -459,7 +460,7 @@ mod tests {
     fn in_one_row_the_law_over_an_area_is_that_of_a_chain() {
         let sets = ["slider.blocks=40", "time.step_s=4e-7", "drive.velocity_m_per_s=2e-3"];
         let plan = Arc::new(Plan::new(&resolve("default", &sets).unwrap()));
-        let chain = *plan.elastic.as_chain().expect("a chain");
+        let chain = plan.elastic.as_chain().expect("a chain");
         let mut of_chain = Stepper::<ChainBody>::new(Arc::clone(&plan), &chain, Bookkeeping::EveryStep);
         let mut sheet = Plan::clone(&plan);
         let lattice = Lattice {
@@ -467,7 +468,7 @@ mod tests {
             damping_kg_per_s: chain.damping_kg_per_s,
             ..Lattice::sheet(40, 1)
         };
-        sheet.elastic = Elastic::Lattice(lattice);
+        sheet.elastic = lattice;
         for values in [
             &mut sheet.initial.displacement_m,
             &mut sheet.initial.velocity_m_per_s,

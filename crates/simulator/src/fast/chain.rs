@@ -11,6 +11,7 @@ use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::fast::{Leaps, Open};
 use crate::jump::chain::Jump;
 use crate::rest::{rest, rest_steps};
+use crate::single_step::SingleSteps;
 use crate::stepper::Stepper;
 use crate::strength::age;
 use crate::window::Window;
@@ -239,7 +240,7 @@ impl Leaps for ChainLeaps {
                 "single steps while any block slides: friction that depends on velocity, or on the pull at rest, has no windows; at rest the run jumps all the same",
             );
         }
-        let (bonds, damped) = (&plan.end_bonds, plan.elastic.damping_kg_per_s() > 0.0);
+        let (bonds, damped) = (&plan.end_bonds, plan.elastic.damping_kg_per_s > 0.0);
         let absorbs = absorbing_kg_per_s(bonds) > 0.0;
         if absorbs && damped && law.affine().is_some() {
             fallbacks.push(ABSORBING);

@@ -13,6 +13,7 @@ use crate::body::{LatticeBody, OfPlan};
 use crate::cost;
 use crate::fast::{Leaps, Open};
 use crate::jump::lattice::Jump;
+use crate::single_step::SingleSteps;
 use crate::slow_modes::{Precomputed, Sizes, StuckLattice};
 use crate::stepper::Stepper;
 use crate::stop::Stop;

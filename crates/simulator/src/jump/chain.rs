@@ -178,7 +178,7 @@ impl Jump {
         let certificate = |reserves| Certificate::<1> {
             plan,
             state,
-            lattice: plan.elastic.as_lattice(),
+            lattice: plan.elastic,
             forced,
             parts: &[],
             coefficients: &[],

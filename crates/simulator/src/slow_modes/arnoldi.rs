@@ -400,7 +400,7 @@ mod tests {
 
     fn stuck(scenario: &str, sets: &[&str]) -> StuckLattice {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        StuckLattice::of(&plan, plan.elastic.as_lattice(), &Stop::never()).expect("it is positive")
+        StuckLattice::of(&plan, plan.elastic, &Stop::never()).expect("it is positive")
     }
 
     /// Where the iteration comes to the end of its space, rounding adds eigenvalues of no mode.

@@ -282,7 +282,7 @@ mod tests {
 
     fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
         let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck = StuckLattice::of(&plan, plan.elastic.as_lattice(), &Stop::never());
+        let stuck = StuckLattice::of(&plan, plan.elastic, &Stop::never());
         (plan, stuck.expect("it is positive"))
     }
 

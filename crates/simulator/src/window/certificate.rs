@@ -336,7 +336,7 @@ mod tests {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let source = ScenarioSource::new("test", "parameter_set = \"as-coded\"").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let expansion = Expansion::new(&plan, plan.elastic.as_chain().unwrap());
+            let expansion = Expansion::new(&plan, &plan.elastic.as_chain().unwrap());
             let lengths = &expansion.basis.lengths;
             let longest = lengths.len() - 1;
             let steps = lengths[longest].steps as f64;

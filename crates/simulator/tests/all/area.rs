@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use asperity_model::{Plan, resolve};
 use asperity_record::Direction;
-use asperity_simulator::{Plain, SliderState, Solver};
+use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 
 use crate::fast_and_plain::{assert_balanced, last_energy, records, switched};
 use crate::page::{self, Page, Switches, does_what_the_page_says};
@@ -186,7 +186,7 @@ fn a_mirrored_drive_gives_the_mirrored_run() {
         let plans = sets.map(|sets| plan(base, &sets));
         let mut runs = plans.each_ref().map(|plan| Plain::new(plan.clone()));
         let plan = &plans[0];
-        let (nodes, lattice) = (plan.elastic.nodes(), plan.elastic.as_lattice());
+        let (nodes, lattice) = (plan.elastic.nodes(), plan.elastic);
         let mut switches = 0;
         for step in 1..=plan.steps {
             let [a, b] = &mut runs;
@@ -244,7 +244,7 @@ fn a_symmetric_run_stays_symmetric() {
 #[test]
 fn energies_over_an_area_close() {
     for (base, sets) in CASES {
-        let records = records(Box::new(Plain::new(plan(base, sets))));
+        let records = records(SolverKind::Plain.start(plan(base, sets)));
         assert_balanced(&records, 1e-11, &format!("{sets:?}"));
         let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-3 * last.drive_work_j, "{sets:?}: {last:?}");

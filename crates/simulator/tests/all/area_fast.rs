@@ -106,7 +106,7 @@ fn runs_stay_symmetric_through_jumps() {
         let plan = body.plan(&["recording.fields_s=1e-3"]);
         let (records, counters, _) = run(&plan, SolverKind::Fast);
         assert!(counters.jumps > 3, "{counters:?}");
-        let lattice = plan.elastic.as_lattice();
+        let lattice = plan.elastic;
         let (mut compared, mut largest_m) = (0, 0.0_f64);
         for state in fields(&records) {
             for n in 0..lattice.contacts() {
@@ -129,7 +129,7 @@ fn runs_stay_symmetric_through_jumps() {
 fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
     for (body, speed) in [(BODY, 0.06), (SHEET, 0.1)] {
         let plan = body.plan(&["recording.sample_s=0", "slider.relative_damping=0.05"]);
-        let lattice = plan.elastic.as_lattice();
+        let lattice = plan.elastic;
         let nodes = lattice.nodes();
         let shaken = |shape: u32, amplitude: f64| {
             let mut state = SliderState::initial(&plan);

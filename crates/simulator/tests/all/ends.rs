@@ -80,7 +80,7 @@ fn modes_of_reflecting_ends_swing_as_their_dispersion_says() {
             for (n, u) in state.displacement_m.iter_mut().enumerate() {
                 *u = 1e-6 * shape(q, n as f64);
             }
-            let k = plan.elastic.stiffness_n_per_m();
+            let k = plan.elastic.stiffness_n_per_m;
             let w2 = (4.0 * k * (q / 2.0).sin().powi(2) + plan.friction.interfacial_stiffness_n_per_m)
                 / plan.block_mass_kg;
             let phi = 2.0 * (0.5 * w2.sqrt() * plan.grid.step_s()).asin();
@@ -103,7 +103,7 @@ fn modes_of_reflecting_ends_swing_as_their_dispersion_says() {
 /// A packet of waves on its way to the last block: of phase per block `q`, and so wide that `q` hardly varies.
 fn packet(plan: &Plan, q: f64) -> SliderState {
     let mut state = SliderState::initial(plan);
-    let rate = (plan.elastic.stiffness_n_per_m() / plan.block_mass_kg).sqrt();
+    let rate = (plan.elastic.stiffness_n_per_m / plan.block_mass_kg).sqrt();
     let (w, group) = (2.0 * rate * (q / 2.0).sin(), rate * (q / 2.0).cos());
     let (centre, width) = (plan.blocks as f64 - 400.0, 70.0);
     for n in 0..plan.blocks {
@@ -129,7 +129,7 @@ fn absorbing_ends_reflect_the_share_of_the_closed_form() {
             let (_, energy) = at_end(&plan, &state, SolverKind::Fast);
             let kinetic_j: f64 =
                 state.velocity_m_per_s.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
-            let k = plan.elastic.stiffness_n_per_m();
+            let k = plan.elastic.stiffness_n_per_m;
             let elastic_j: f64 =
                 state.displacement_m.windows(2).map(|u| 0.5 * k * (u[1] - u[0]).powi(2)).sum();
             let left = (energy.kinetic_j + energy.elastic_j) / (kinetic_j + elastic_j);

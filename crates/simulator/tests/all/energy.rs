@@ -71,7 +71,7 @@ fn both_solvers_tell_the_same_energies_and_the_plain_ones_balance() {
         let scale = put_in_j + first.kinetic_j + first.elastic_j;
         let mut worst = vec![0.0f64; last.parts().count()];
         // Without dampers, and where all blocks move alike, nothing is lost in them.
-        if plan.elastic.damping_kg_per_s() == 0.0 || name == "top-driven []" {
+        if plan.elastic.damping_kg_per_s == 0.0 || name == "top-driven []" {
             assert!(fast.iter().all(|step| step.energy.viscous_loss_j == 0.0), "{name}");
         }
         for (plain, fast) in plain.iter().zip(&fast) {

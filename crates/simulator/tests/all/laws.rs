@@ -227,21 +227,21 @@ fn friction_follows_the_load() {
 
 #[test]
 fn a_top_drive_that_falls_off_at_once_is_a_side_drive() {
-    let side = records(Box::new(Plain::new(plan(&[]))));
+    let side = records(SolverKind::Plain.start(plan(&[])));
     let falling = plan(&["drive.kind=top", "drive.decay_length_m=1e-6"]);
-    assert_eq!(records(Box::new(Plain::new(falling))), side);
+    assert_eq!(records(SolverKind::Plain.start(falling)), side);
 }
 
 #[test]
 fn a_schedule_that_changes_nothing_changes_nothing() {
-    let constant = records(Box::new(Plain::new(plan(&[]))));
+    let constant = records(SolverKind::Plain.start(plan(&[])));
     let even = ["normal_load.schedule_s=[0.01,0.05,0.1]", "normal_load.schedule_n=[400,400,400]"];
-    assert_eq!(records(Box::new(Plain::new(plan(&even)))), constant);
+    assert_eq!(records(SolverKind::Plain.start(plan(&even))), constant);
 }
 
 #[test]
 fn ageing_at_no_rate_changes_nothing() {
-    let switches = |sets: &[&str]| entries(&records(Box::new(Plain::new(plan(sets)))));
+    let switches = |sets: &[&str]| entries(&records(SolverKind::Plain.start(plan(sets))));
     let young = switches(&[]);
     // A rate indistinguishable from zero, handled by the code for a positive rate.
     assert_eq!(switches(&["friction.ageing_coefficient=1e-30"]), young);
@@ -251,7 +251,7 @@ fn ageing_at_no_rate_changes_nothing() {
 #[test]
 fn a_contact_has_aged_by_the_logarithm_of_its_time_at_rest() {
     let plan = plan(&["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-4"]);
-    let records = records(Box::new(Plain::new(plan.clone())));
+    let records = records(SolverKind::Plain.start(plan.clone()));
     let mut since = vec![0; plan.blocks];
     let mut held = 0;
     for record in steps(&records) {
@@ -294,7 +294,7 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     assert_eq!(plain.state().displacement_m, [0.0, 0.0]);
     assert_eq!(plain.state().detached, 0);
     // Then (k + K) u + m u'' = K V t - mu_d p, from rest at the threshold.
-    let stiffness = plan.elastic.stiffness_n_per_m() + drive_n_per_m;
+    let stiffness = plan.elastic.stiffness_n_per_m + drive_n_per_m;
     let rate = (stiffness / plan.block_mass_kg).sqrt();
     let drop_m = (threshold_n - plan.friction.dynamic_friction_n[0]) / stiffness;
     let creep_m_per_s = drive_n_per_m * 1e-3 / stiffness;
@@ -394,7 +394,7 @@ fn burridge_and_knopoffs_energy_balance_holds() {
         let point_m = plan.drive_point_m(state.step, u64::MAX);
         let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
         let between: f64 =
-            u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m() * (u[1] - u[0]).powi(2)).sum();
+            u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
         let leaves = plan.drive.springs.iter();
         let leaves: f64 = leaves.map(|s| 0.5 * s.stiffness_n_per_m * (point_m - u[s.block]).powi(2)).sum();
         kinetic + between + leaves

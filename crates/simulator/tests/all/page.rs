@@ -35,7 +35,7 @@ pub(crate) struct Page {
 
 impl Page {
     fn of(plan: &Plan) -> Page {
-        let (lattice, mut bonds) = (plan.elastic.as_lattice(), Vec::new());
+        let (lattice, mut bonds) = (plan.elastic, Vec::new());
         lattice.over_bonds(|bond| bonds.push(bond));
         Page {
             lattice,

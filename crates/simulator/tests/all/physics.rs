@@ -16,7 +16,7 @@ fn energy_j(plan: &Plan, solver: &Plain) -> f64 {
     let drive_m = plan.drive.velocity_m_per_s * plan.grid.time_s(state.step) - u[0];
     let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
     let between: f64 =
-        u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m() * (u[1] - u[0]).powi(2)).sum();
+        u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
     let friction: f64 = (0..u.len())
         .map(|n| (1.0 - state.slip[n]) * 0.5 * kt * (u[n] - state.stick_position_m[n]).powi(2))
         .sum();
@@ -43,7 +43,7 @@ fn energy_balance_j(plan: &Plan) -> (f64, f64) {
             losses_j += slides[n] * plan.friction.dynamic_friction_n[n] * v[n].abs() * dt;
         }
         losses_j +=
-            v.windows(2).map(|v| plan.elastic.damping_kg_per_s() * (v[1] - v[0]).powi(2) * dt).sum::<f64>();
+            v.windows(2).map(|v| plan.elastic.damping_kg_per_s * (v[1] - v[0]).powi(2) * dt).sum::<f64>();
         for &n in solver.switched() {
             switches += 1;
             let spring_j = |stick: f64| 0.5 * kt * (state.displacement_m[n] - stick).powi(2);
@@ -96,7 +96,7 @@ fn single_modes_ring_and_decay_as_5_28_says() {
                 ],
             );
             let shape = analytic::mode_shape(mode.parse().unwrap(), 20);
-            let rate = (plan.elastic.stiffness_n_per_m() / plan.block_mass_kg).sqrt();
+            let rate = (plan.elastic.stiffness_n_per_m / plan.block_mass_kg).sqrt();
             let initial = plan.initial.velocity_m_per_s[0];
             let mut solver = Plain::new(plan.clone());
             let mut worst: f64 = 0.0;
@@ -240,7 +240,7 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
             "recording.window=[{from_s=0.2, to_s=0.2001, every_s=1e-5, first_block=3, last_block=4}]",
         ],
     );
-    let records = records(Box::new(Plain::new(plan)));
+    let records = records(SolverKind::Plain.start(plan));
     let steps = steps(&records);
     let samples = steps.iter().filter(|record| record.step % 10_000 == 0).count();
     assert_eq!(samples, 900);
@@ -271,7 +271,7 @@ fn ruptures_are_recorded_while_they_are_large() {
     // While three blocks slide at once.
     let ruptures = ["recording.rupture_fields_from_blocks=3", "recording.rupture_fields_s=2e-5"];
     let open = "recording.window=[{from_s=0,to_s=0.1,every_s=2e-5,first_block=1,last_block=12}]";
-    let all = records(Box::new(Plain::new(plan(&[open]))));
+    let all = records(SolverKind::Plain.start(plan(&[open])));
     let expected: Vec<&WindowRecord> =
         windows(&all).into_iter().filter(|record| record.sliding >= 3).collect();
     assert!(expected.len() > 30, "{} records", expected.len());
@@ -329,7 +329,7 @@ fn front_arrivals_s(tau: f64) -> (Plan, Vec<f64>) {
         ]
     };
     let any = plan("default", &sets(1e-11));
-    let dt = 2e-4 * (any.block_mass_kg / any.elastic.stiffness_n_per_m()).sqrt();
+    let dt = 2e-4 * (any.block_mass_kg / any.elastic.stiffness_n_per_m).sqrt();
     // Few digits, so that the duration is a whole number of steps.
     let dt: f64 = format!("{dt:.2e}").parse().unwrap();
     let plan = plan("default", &sets(dt));
@@ -355,7 +355,7 @@ fn front_arrivals_s(tau: f64) -> (Plan, Vec<f64>) {
 fn a_front_under_even_prestress_runs_as_fast_as_the_formula_says() {
     for tau in [0.3, 0.6, 0.9] {
         let (plan, arrivals_s) = front_arrivals_s(tau);
-        let c = plan.spacing_m * (plan.elastic.stiffness_n_per_m() / plan.block_mass_kg).sqrt();
+        let c = plan.spacing_m * (plan.elastic.stiffness_n_per_m / plan.block_mass_kg).sqrt();
         // A straight line through the arrivals at blocks 300 to 550, by least squares.
         let (from, to) = (300, 550);
         let points: Vec<(f64, f64)> =

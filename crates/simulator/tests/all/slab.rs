@@ -101,7 +101,7 @@ fn energies_of_a_slab_close() {
         &["normal_load.schedule_s=[0.05,0.15]", "normal_load.schedule_n=[1920,600]"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", "slider.relative_damping=0.05"],
     ] {
-        let records = records(Box::new(Plain::new(plan(sets))));
+        let records = records(SolverKind::Plain.start(plan(sets)));
         assert_balanced(&records, 1e-11, &format!("{sets:?}"));
         let last = last_energy(&records);
         assert!(last.friction_heat_j > 1e-2 * last.drive_work_j, "{sets:?}: {last:?}");
@@ -117,7 +117,7 @@ fn energies_of_a_slab_close() {
 #[test]
 fn the_scheme_does_less_work_in_shorter_steps() {
     let of = |step: &str| {
-        let energy = last_energy(&records(Box::new(Plain::new(plan(&[step, "time.duration_s=0.05"])))));
+        let energy = last_energy(&records(SolverKind::Plain.start(plan(&[step, "time.duration_s=0.05"]))));
         energy.scheme_work_j / energy.drive_work_j
     };
     let (long, short) = (of("time.step_s=1e-5"), of("time.step_s=2.5e-6"));
@@ -228,7 +228,7 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     assert!(switched.contains(&AT) && after.slip[AT] == 1.0, "with a threshold of 0 it detaches");
     // The others keep their load, and only its neighbours pull the lifted contact down.
     assert!(after.normal_load_n[AT + 2] > 0.0);
-    let (lattice, nodes) = (plan.elastic.as_lattice(), 45);
+    let (lattice, nodes) = (plan.elastic, 45);
     let (mut springs_n, mut dashpots_n) = (vec![0.0; 90], vec![0.0; 90]);
     lattice.pull(&mut springs_n, &mut dashpots_n, &before.displacement_m, &before.velocity_m_per_s);
     let pull_n = springs_n[nodes + AT] + dashpots_n[nodes + AT];

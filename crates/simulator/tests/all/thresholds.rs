@@ -4,8 +4,8 @@
 //! amplitude of standing waves.
 
 use asperity_model::Plan;
-use asperity_simulator::equality::{self, Agreement};
-use asperity_simulator::{Counters, Plain, SolverKind};
+use asperity_simulator::{Counters, SolverKind};
+use asperity_testkit::equality::{self, Agreement};
 use asperity_testkit::plan;
 
 use crate::fast_and_plain::{fields, records, run};
@@ -21,7 +21,7 @@ const FAR_N: f64 = 1e9;
 fn forces_n(plan: &Plan) -> Vec<Vec<f64>> {
     let mut plan = plan.clone();
     plan.recording.fields_every_steps = 1;
-    let records = records(Box::new(Plain::new(plan)));
+    let records = records(SolverKind::Plain.start(plan));
     fields(&records).into_iter().map(|state| state.tangential_force_n.clone()).collect()
 }
 

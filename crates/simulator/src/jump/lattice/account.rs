@@ -52,7 +52,7 @@ impl<const D: usize> Jump<D> {
         ledger.drive_work_j.add(drive_j);
         ledger.load_work_j.add(load_j);
         // Without dampers the rest is rounding.
-        if plan.elastic.damping_kg_per_s() > 0.0 {
+        if plan.elastic.damping_kg_per_s > 0.0 {
             ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
         }
         ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));

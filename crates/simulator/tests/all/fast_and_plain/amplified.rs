@@ -4,7 +4,7 @@ use asperity_model::Plan;
 use asperity_record::Record;
 use asperity_simulator::{Plain, Solver};
 
-use super::{entries, records, steps};
+use super::{entries, left_of, steps};
 
 /// Single steps before velocities are changed.
 const BEFORE: u64 = 100;
@@ -20,7 +20,7 @@ fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
         *velocity *= 1.0 + nudge;
     }
     nudged.restore(&state);
-    records(Box::new(nudged))
+    left_of(&mut nudged)
 }
 
 /// Relative difference of forces on blocks that switch, between the plain stepper and itself with

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use asperity_model::Plan;
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
-use asperity_simulator::equality::{self, Agreement, Disagreement};
 use asperity_simulator::{Counters, Plain, SimulationError, SliderState, Solver, SolverKind};
+use asperity_testkit::equality::{self, Agreement, Disagreement};
 use asperity_testkit::{Random, plan};
 
 mod amplified;

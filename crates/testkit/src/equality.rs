@@ -6,7 +6,7 @@
 //! the stretch `mu_s p / k` of a spring at that force, the energy of that spring, the velocity
 //! `(mu_s - mu_d) p / sqrt(k m)`. Energies are all one kind. Where displacements are large, rounding
 //! exceeds that: velocities may differ by `2 eps u / dt`, since a displacement is rounded in every step,
-//! and forces by [`rounding_reach`].
+//! and forces by [`Norms::force_rounding`].
 //!
 //! A difference is accepted as a near tie only under two conditions. The step, taken by the plain solver from the last
 //! common state, leaves the block that switched in one solver within the reach of rounding from its switch
@@ -17,17 +17,11 @@ use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::law::magnitude;
-use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
+use asperity_record::{Direction, FieldRecord, Record, StepRecord};
+use asperity_simulator::{
+    Ledger, Norms, Plain, SimulationError, SliderState, Solver, SolverKind, fields, threshold_n,
+};
 use serde::{Deserialize, Serialize};
-
-use crate::kind;
-use crate::ledger::Ledger;
-use crate::norms::Norms;
-use crate::plain::Plain;
-use crate::recorder::{fields, is_on_cadence};
-use crate::solver::{SimulationError, Solver};
-use crate::state::SliderState;
-use crate::strength::threshold_n;
 
 /// Numbers agree within this share of the largest of their kind in the run.
 pub const TOLERANCE: f64 = 1e-9;
@@ -87,15 +81,15 @@ pub struct Deviation {
 pub enum Disagreement {
     /// A switch that only one of them has, and not by rounding.
     #[error(
-        "step {step}, block {block}: {what} by the {by} solver alone; the plain one has it {beyond:e} beyond its switch, where rounding reaches {reach:e}"
+        "step {step}, block {block}: {direction:?} by the {by} solver alone; the plain one has it {beyond:e} beyond its switch, where rounding reaches {reach:e}"
     )]
     Switch {
         /// The step.
         step: u64,
         /// The block, counted from 1.
         block: u32,
-        /// "detaches" or "attaches".
-        what: &'static str,
+        /// Which way it switches.
+        direction: Direction,
         /// Name of the solver that has it.
         by: &'static str,
         /// As in [`NearTie`].
@@ -146,56 +140,48 @@ pub fn compare(
     progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
-    let plain = Plain::new(Arc::clone(&plan));
-    hold(&plan, plain, kind::fast(Arc::clone(&plan)), each, progress)
+    let solvers = [SolverKind::Plain, SolverKind::Fast].map(|kind| Side::begin(kind, &plan));
+    hold(&plan, solvers, each, progress)
 }
 
-/// Compares two solvers at the start of their runs.
+/// Compares the plain and another solver at the start of their runs.
 fn hold(
     plan: &Plan,
-    mut plain: Plain,
-    mut fast: Box<dyn Solver>,
+    [mut plain, mut fast]: [Side; 2],
     mut each: impl FnMut(&StepRecord, &StepRecord),
     mut progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {
     let mut agreement = Agreement::default();
     let mut numbers = Numbers::of(plan);
-    let mut common = plain.state().clone();
-    let mut of_plain = next_step(plan, &mut plain)?;
-    let mut of_fast = next_step(plan, &mut *fast)?;
+    let mut common = plain.solver.snapshot().slider;
+    plain.advance()?;
+    fast.advance()?;
     loop {
-        let (left, right) = match (&of_plain, &of_fast) {
+        match (&plain.record, &fast.record) {
             (None, None) => break,
-            (Some(left), Some(right)) if same(&left.record, &right.record) => (left, right),
-            _ => {
-                let step = [&of_plain, &of_fast].into_iter().flatten().map(|next| next.record.step).min();
+            (Some(left), Some(right)) if same(left, right) => {
+                agreement.records += 1;
+                agreement.switches += left.switches.len() as u64;
+                common = plain.solver.snapshot().slider;
+                numbers.add((left, &plain.fields()), (right, &fast.fields()));
+                each(left, right);
+                progress(left.step);
+                plain.advance()?;
+            }
+            (left, right) => {
+                let step = [left, right].into_iter().flatten().map(|record| record.step).min();
                 let step = step.expect("one of them is there");
-                let here = |next: &Option<Next>| {
-                    next.as_ref().map(|next| next.record.clone()).filter(|record| record.step == step)
-                };
-                let tied = here(&of_plain);
-                let coming = [
-                    switches_to_come(plan, &plain, of_plain.as_ref(), step)?,
-                    switches_to_come(plan, &*fast, of_fast.as_ref(), step)?,
-                ];
+                let tied = left.clone().filter(|record| record.step == step);
+                let coming = [plain.switches_to_come(step)?, fast.switches_to_come(step)?];
                 common = settle(plan, &common, step, &coming, &mut agreement)?;
-                fast.restore(&common.clone().into());
+                fast.solver.restore(&common.clone().into());
                 if let Some(record) = &tied {
                     each(record, record);
-                    of_plain = next_step(plan, &mut plain)?;
+                    plain.advance()?;
                 }
-                of_fast = next_step(plan, &mut *fast)?;
-                continue;
             }
-        };
-        agreement.records += 1;
-        agreement.switches += left.record.switches.len() as u64;
-        numbers.add(left, right);
-        each(&left.record, &right.record);
-        progress(left.record.step);
-        common.clone_from(plain.state());
-        of_plain = next_step(plan, &mut plain)?;
-        of_fast = next_step(plan, &mut *fast)?;
+        }
+        fast.advance()?;
     }
     agreement.deviations = numbers.deviations(plan);
     match agreement
@@ -212,40 +198,72 @@ fn hold(
 /// in between.
 fn bare(plan: &Plan) -> Plan {
     let mut plan = plan.clone();
-    plan.recording.sample_every_steps = 0;
-    plan.recording.fields_every_steps = (plan.steps / 100).max(1);
-    plan.recording.event_fields = false;
-    plan.recording.windows.clear();
-    plan.recording.rupture_fields = None;
+    plan.recording = asperity_model::RecordingPlan {
+        fields_every_steps: (plan.steps / 100).max(1),
+        ..asperity_model::RecordingPlan::default()
+    };
     plan
 }
 
-/// The next step worth recording, with the state after it.
-struct Next {
-    record: StepRecord,
-    fields: FieldRecord,
+/// A solver just after its last step record, which is `None` before the first and at the end.
+struct Side {
+    kind: SolverKind,
+    plan: Arc<Plan>,
+    solver: Box<dyn Solver>,
+    record: Option<StepRecord>,
+    /// The state that was recorded with it, if any.
+    fields: Option<Box<FieldRecord>>,
 }
 
-fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, SimulationError> {
-    let mut step = None;
-    loop {
-        match (solver.next_record()?, step.take()) {
-            (None, _) => return Ok(None),
-            (Some(Record::Fields(fields)), Some(record)) => {
-                return Ok(Some(Next { record, fields: *fields }));
-            }
-            (Some(Record::Step(record)), _) => {
-                let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
-                if !fields_follow {
-                    // Recorded for a cadence: the solver is just after it.
-                    let fields = fields(plan, &solver.snapshot().slider);
-                    return Ok(Some(Next { record, fields }));
-                }
-                step = Some(record);
-            }
-            // The initial state.
-            _ => {}
+impl Side {
+    fn begin(kind: SolverKind, plan: &Arc<Plan>) -> Side {
+        Side {
+            kind,
+            plan: Arc::clone(plan),
+            solver: kind.start(Arc::clone(plan)),
+            record: None,
+            fields: None,
         }
+    }
+
+    /// Goes on to the next step worth recording.
+    fn advance(&mut self) -> Result<(), SimulationError> {
+        (self.record, self.fields) = (None, None);
+        while let Some(record) = self.solver.next_record()? {
+            match record {
+                Record::Step(record) => self.record = Some(record),
+                Record::Fields(fields) => self.fields = Some(fields),
+                _ => {}
+            }
+            let is_due =
+                |record: &StepRecord| record.step.is_multiple_of(self.plan.recording.fields_every_steps);
+            if self.record.as_ref().is_some_and(|record| !is_due(record) || self.fields.is_some()) {
+                break;
+            }
+            if self.record.is_none() {
+                // The initial state.
+                self.fields = None;
+            }
+        }
+        Ok(())
+    }
+
+    /// The state after that step. Unless one is recorded, the solver has not left it.
+    fn fields(&self) -> FieldRecord {
+        self.fields.as_deref().cloned().unwrap_or_else(|| fields(&self.plan, &self.solver.snapshot().slider))
+    }
+
+    /// The switches from `step` on and within [`LATE_STEPS`].
+    fn switches_to_come(&self, step: u64) -> Result<Vec<(u64, Turn)>, SimulationError> {
+        let mut ahead = Side::begin(self.kind, &self.plan);
+        ahead.solver.restore(&self.solver.snapshot());
+        ahead.record.clone_from(&self.record);
+        let mut coming = Vec::new();
+        while let Some(record) = ahead.record.take().filter(|record| record.step <= step + LATE_STEPS) {
+            coming.extend(switches(&record).into_iter().map(|switch| (record.step, switch)));
+            ahead.advance()?;
+        }
+        Ok(coming)
     }
 }
 
@@ -253,29 +271,12 @@ fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, Simul
 type Turn = (u32, Direction);
 
 /// All switches of a record.
-fn switches(record: Option<&StepRecord>) -> Vec<Turn> {
-    record.map_or(Vec::new(), |record| record.switches.iter().map(|s| (s.block, s.direction)).collect())
+fn switches(record: &StepRecord) -> Vec<Turn> {
+    record.switches.iter().map(|s| (s.block, s.direction)).collect()
 }
 
 fn same(a: &StepRecord, b: &StepRecord) -> bool {
-    a.step == b.step && a.sliding == b.sliding && switches(Some(a)) == switches(Some(b))
-}
-
-/// The switches of a solver that has advanced to `next`, from `step` on and within [`LATE_STEPS`].
-fn switches_to_come(
-    plan: &Plan,
-    solver: &dyn Solver,
-    next: Option<&Next>,
-    step: u64,
-) -> Result<Vec<(u64, Turn)>, SimulationError> {
-    let mut solver = solver.fork();
-    let mut coming = Vec::new();
-    let mut record = next.map(|next| next.record.clone());
-    while let Some(known) = record.filter(|record| record.step <= step + LATE_STEPS) {
-        coming.extend(switches(Some(&known)).into_iter().map(|switch| (known.step, switch)));
-        record = next_step(plan, &mut *solver)?.map(|next| next.record);
-    }
-    Ok(coming)
+    a.step == b.step && a.sliding == b.sliding && switches(a) == switches(b)
 }
 
 /// Proves that the differences in a step are near ties; returns the plain solver's state after it.
@@ -286,67 +287,57 @@ fn settle(
     coming: &[Vec<(u64, Turn)>; 2],
     agreement: &mut Agreement,
 ) -> Result<SliderState, Disagreement> {
-    let here =
-        |of: usize| coming[of].iter().filter(|(at, _)| *at == step).map(|(_, s)| *s).collect::<Vec<_>>();
-    let (by_plain, by_fast) = (here(0), here(1));
     if plan.friction.law.affine().is_none() {
         // Only a step that both solvers take singly can be settled.
         return Err(Disagreement::Records { step });
     }
-    let mut again = Plain::new(plan.clone());
-    again.restore(&plain.clone().into());
-    while again.step() + 1 < step {
-        again.take_step();
-    }
-    let before = again.state().clone();
-    again.take_step();
-    let after = again.state().clone();
+    let [before, after] = step_after(&mut Plain::new(plan.clone()), plain, step);
     let mut any = false;
-    for (switch, plain_switches) in
-        by_plain.iter().map(|s| (s, true)).chain(by_fast.iter().map(|s| (s, false)))
-    {
-        let both = by_plain.contains(switch) && by_fast.contains(switch);
-        if both {
-            continue;
-        }
-        any = true;
-        let (block, direction) = *switch;
-        let by = if plain_switches { "plain" } else { "fast" };
-        let beyond = beyond_switch(plan, &before, &after, block as usize - 1);
-        let reach = rounding_reach(plan, &after, direction);
-        let within = beyond.abs() <= reach;
-        if !within {
-            return Err(Disagreement::Switch {
+    for (plain_switches, [own, other]) in [(true, [0, 1]), (false, [1, 0])] {
+        let [own, other] = [&coming[own], &coming[other]];
+        for (_, switch) in own.iter().filter(|turn| turn.0 == step && !other.contains(turn)) {
+            any = true;
+            let (block, direction) = *switch;
+            let by = if plain_switches { "plain" } else { "fast" };
+            let beyond = beyond_switch(plan, &before, &after, block as usize - 1);
+            let reach = rounding_reach(plan, &after, direction);
+            let within = beyond.abs() <= reach;
+            if !within {
+                return Err(Disagreement::Switch { step, block, direction, by, beyond, reach });
+            }
+            let (late, _) = other.iter().find(|(_, other)| other == switch).ok_or(Disagreement::Missed {
                 step,
                 block,
-                what: if direction == Direction::Detach { "detaches" } else { "attaches" },
                 by,
+            })?;
+            agreement.near_ties.push(NearTie {
+                step,
+                block,
+                direction,
+                plain_switches,
+                late_steps: late - step,
                 beyond,
                 reach,
+                // The proof concerns the switch alone.
+                before: SliderState { energy: Ledger::default(), ..plain.clone() },
             });
         }
-        let later = &coming[usize::from(plain_switches)];
-        let (late, _) = later.iter().find(|(_, other)| other == switch).ok_or(Disagreement::Missed {
-            step,
-            block,
-            by,
-        })?;
-        agreement.near_ties.push(NearTie {
-            step,
-            block,
-            direction,
-            plain_switches,
-            late_steps: late - step,
-            beyond,
-            reach,
-            // The proof concerns the switch alone.
-            before: SliderState { energy: Ledger::default(), ..plain.clone() },
-        });
     }
     if !any {
         return Err(Disagreement::Records { step });
     }
     Ok(after)
+}
+
+/// Takes single steps from a state up to a step; gives the states before and after the last of them.
+pub fn step_after(plain: &mut Plain, from: &SliderState, step: u64) -> [SliderState; 2] {
+    plain.restore(&from.clone().into());
+    while plain.step() + 1 < step {
+        plain.take_step();
+    }
+    let before = plain.state().clone();
+    plain.take_step();
+    [before, plain.state().clone()]
 }
 
 /// How far contact `n`, counted from 0, is beyond its switch in the single step that leads from one state to the next:
@@ -409,7 +400,7 @@ impl Numbers {
         let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(*value));
         let force_n = most(&friction.static_threshold_n);
         let released_n = (force_n - most(&friction.dynamic_friction_n)).abs();
-        let k = plan.elastic.stiffness_n_per_m();
+        let k = plan.elastic.stiffness_n_per_m;
         let stretch_m = force_n / k;
         let velocity_m_per_s = released_n / (k * plan.block_mass_kg).sqrt();
         // Energy of a spring between blocks at that stretch.
@@ -418,10 +409,12 @@ impl Numbers {
         Numbers(least.map(|least| (least, 0.0)))
     }
 
-    fn add(&mut self, plain: &Next, fast: &Next) {
-        self.one(0, plain.record.driving_force_n, fast.record.driving_force_n);
-        self.energies(&plain.record.energy, &fast.record.energy);
-        let (plain, fast) = (&plain.fields, &fast.fields);
+    fn add(&mut self, plain: (&StepRecord, &FieldRecord), fast: (&StepRecord, &FieldRecord)) {
+        self.one(0, plain.0.driving_force_n, fast.0.driving_force_n);
+        // All energies relative to the largest of them.
+        for ((_, plain), (_, fast)) in plain.0.energy.parts().zip(fast.0.energy.parts()) {
+            self.one(5, plain, fast);
+        }
         // Along the sliding direction, and over an area across it.
         fn of(state: &FieldRecord) -> [[&[f64]; 2]; 4] {
             [
@@ -431,17 +424,10 @@ impl Numbers {
                 [&state.stick_position_m, &state.stick_position_across_m],
             ]
         }
-        for (kind, (plain, fast)) in (1..).zip(of(plain).into_iter().zip(of(fast))) {
+        for (kind, (plain, fast)) in (1..).zip(of(plain.1).into_iter().zip(of(fast.1))) {
             for (a, b) in plain.into_iter().flatten().zip(fast.into_iter().flatten()) {
                 self.one(kind, *a, *b);
             }
-        }
-    }
-
-    /// Compares all energies relative to the largest of them.
-    fn energies(&mut self, plain: &Energy, fast: &Energy) {
-        for ((_, plain), (_, fast)) in plain.parts().zip(fast.parts()) {
-            self.one(5, plain, fast);
         }
     }
 
@@ -470,11 +456,13 @@ impl Numbers {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use asperity_model::{Plan, Scenario, ScenarioSource};
     use asperity_record::Direction;
+    use asperity_simulator::SolverKind;
 
-    use super::{Disagreement, bare, compare, hold};
-    use crate::{Plain, SolverKind};
+    use super::{Disagreement, Side, bare, compare, hold};
 
     fn plan() -> Plan {
         // A hundred times the drive velocity, so that the first detachment comes within some 60,000
@@ -488,10 +476,10 @@ mod tests {
 
     /// The first detachment: step, block from 0, and the force at it.
     fn first_detachment(plan: &Plan) -> (u64, usize, f64) {
-        let plan = bare(plan);
-        let mut plain = Plain::new(plan.clone());
+        let mut plain = Side::begin(SolverKind::Plain, &Arc::new(bare(plan)));
         loop {
-            let record = super::next_step(&plan, &mut plain).unwrap().expect("a block detaches").record;
+            plain.advance().unwrap();
+            let record = plain.record.as_ref().expect("a block detaches");
             if let Some(switch) = record.switches.first() {
                 return (record.step, switch.block as usize - 1, switch.tangential_force_n);
             }
@@ -523,7 +511,9 @@ mod tests {
         // Late by one step: far more than rounding, and invisible in a figure.
         let mut off = plan.clone();
         off.friction.static_threshold_n[0] = force_n * (1.0 + 1e-6);
-        let outcome = hold(&plan, Plain::new(plan.clone()), SolverKind::Fast.start(off), |_, _| {}, |_| {});
+        let plain = Side::begin(SolverKind::Plain, &Arc::new(plan.clone()));
+        let fast = Side::begin(SolverKind::Fast, &Arc::new(off));
+        let outcome = hold(&plan, [plain, fast], |_, _| {}, |_| {});
         assert!(matches!(outcome, Err(Disagreement::Switch { block: 1, .. })), "{outcome:?}");
     }
 }

@@ -5,7 +5,6 @@
 //! and a line in `kinds!`.
 
 mod area;
-mod arrest;
 mod arrival_map;
 mod axis;
 mod chart;
@@ -138,12 +137,17 @@ kinds! {
         /// Time shown after a pulse reaches a block, over `a / c`.
         after: Option<f64>
     }
+    arrest "arrest": Arrest = run "arrest" {}
+    junction_forces "junction-forces": JunctionForces = run "junction-forces" {
+        /// Instants, s; the recorded state nearest to each is shown.
+        at_s: Vec<f64>,
+        /// Whether to show as well the states after the first precursor of five blocks or more, and after the
+        /// first global slip, among slip events.
+        after_slips: bool
+    }
 
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: Lengths,
-    /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
-    /// uniform distribution with their deviation, both over `p_n / N_s`.
-    "junction-forces" junction_forces: stress::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
@@ -171,8 +175,6 @@ kinds! {
     /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
     /// first slip of each block in the run. For one rupture among others, see `front-profile`.
     "front-transient" front_transient: front_transient::FrontTransient,
-    /// Slip and speed of a pulse along the slider, and where it ends.
-    "arrest" arrest: arrest::Arrest,
     /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
     /// spread; for a whole run, a part of it, or one rupture. Where the log has dense windows or states
     /// of ruptures, colours show the velocity.

@@ -77,8 +77,8 @@ impl<F: OfCurves> Figure for F {
             let mut measured = vec![0; y.len()];
             for curve in curves {
                 let (layers, remarks): &mut (Vec<Layer>, Vec<Layer>) = &mut panels[curve.axis];
-                let said = |layer: &Layer| !curve.label.is_empty() && layer.label == curve.label;
-                if layers.iter().chain(remarks.iter()).any(said) {
+                let is_said = layers.iter().chain(remarks.iter()).any(|layer| layer.label == curve.label);
+                if is_said && !curve.label.is_empty() && curve.role != Role::Measured {
                     continue;
                 }
                 // Several curves of one run differ as those of several runs.
@@ -135,6 +135,59 @@ fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {
         (role, None) => {
             let (dash, colour) = level_look(role);
             Layer::line(pen.label, points, dash, colour)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, Panel, Parts};
+    use crate::draw::JunctionForces;
+    use asperity_numbers::run_data::RunData;
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
+
+    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Vec<Panel>, String> {
+        let part = figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?;
+        Ok(figure.sheet(Parts::from([("a".to_owned(), part)]))?.panels)
+    }
+
+    #[test]
+    fn each_instant_has_a_line_with_gaps_where_no_junction_is_pinned() {
+        let mut run = made_up::run(LAW, &EVENTS);
+        let state = |step: u64, slipping: u32| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            junctions_slipping: vec![0, slipping, 3],
+            pinned_mean_ratio: vec![0.1, 0.2, 0.3],
+            pinned_width_ratio: vec![0.05, 0.06, step as f64],
+            ..FieldRecord::default()
+        };
+        let states = [state(0, 0), state(510, 100), state(700, 7)];
+        let figure: JunctionForces =
+            toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0, 1.0, 2.0]\nafter_slips = true").unwrap();
+        run.kept = figure.required_data();
+        made_up::with_states(&mut run, &states);
+        // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
+        let panels = panels(&figure, &run).unwrap();
+        let [upper, lower] = &panels[..] else { panic!("two panels") };
+        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
+        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
+        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
+        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
+    }
+
+    #[test]
+    fn runs_without_junctions_or_states_of_them_are_refused() {
+        let figure: JunctionForces = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
+        for (toml, why) in [
+            ("", "run test has no junctions (accepted: friction.law = \"junctions\")"),
+            (LAW, "run test has no states with junctions at these instants"),
+        ] {
+            assert_eq!(panels(&figure, &made_up::run(toml, &EVENTS)).unwrap_err(), why);
         }
     }
 }

@@ -18,7 +18,6 @@ mod front_profile;
 mod front_speed;
 mod front_speeds;
 mod front_stress;
-mod front_transient;
 mod ink;
 mod kind;
 mod legend;
@@ -137,6 +136,7 @@ kinds! {
         /// Time shown after a pulse reaches a block, over `a / c`.
         after: Option<f64>
     }
+    front_transient "front-transient": FrontTransient = series "front-transient" {}
     arrest "arrest": Arrest = run "arrest" {}
     junction_forces "junction-forces": JunctionForces = run "junction-forces" {
         /// Instants, s; the recorded state nearest to each is shown.
@@ -172,9 +172,6 @@ kinds! {
     /// groups of runs. Each share is that of the speeds of all runs of a group; whiskers reach from the
     /// smallest to the largest share in one of them.
     "front-speeds" front_speeds: front_speeds::FrontSpeeds,
-    /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
-    /// first slip of each block in the run. For one rupture among others, see `front-profile`.
-    "front-transient" front_transient: front_transient::FrontTransient,
     /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
     /// spread; for a whole run, a part of it, or one rupture. Where the log has dense windows or states
     /// of ruptures, colours show the velocity.
@@ -612,13 +609,12 @@ mod tests {
         assert_eq!(panels[0].layers.len(), 1, "marks alone");
         assert!((panels[1].layers[1].points()[0].1 - 0.8 * speed).abs() < 1e-9);
 
-        let transient =
-            text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
-        let figures: Figures = toml::from_str(&transient).unwrap();
+        let transient = "[[front-transient]]\nfile = \"f.png\"\nseries = [{ label = \"A\", run = \"a\" }]";
+        let figures: Figures = toml::from_str(transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
         let panel =
             drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap().panels.remove(0);
-        assert_eq!(panel.layers.last().unwrap().points().len(), 11);
+        assert_eq!(panel.layers[0].points().len(), 11);
     }
 
     #[test]

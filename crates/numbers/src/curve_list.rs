@@ -39,6 +39,9 @@ curves! {
         over "time since the pulse came, over a/c", ["before" "after"], |_| RequiredData::WINDOWS, pulse;
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest": ["τ; slip × γ/2", "v/c"], over "block n", [], |_| RequiredData::NOTHING, arrest;
+    /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
+    /// first slip of each block in the run. For one rupture among others, see `front-profile`.
+    "front-transient": ["v/c between n − 1 and n"], over "block n", [], |_| RequiredData::NOTHING, front_transient;
     /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
     /// uniform distribution with their deviation, both over `p_n / N_s`.
     "junction-forces": ["mean force/(p_n/N_s)", "width"], over "x (mm)", ["at_s" "after_slips"],
@@ -287,6 +290,20 @@ fn pulse(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         curves.push(Curve::remark("dotted: 2τ/γ").below());
     }
     Ok(curves)
+}
+
+/// How fronts become steady.
+fn front_transient(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    of_one_row(run)?;
+    let local = fronts::local_speeds(run);
+    if local.is_empty() {
+        return Err(format!("run {} has no front from block 1", run.name));
+    }
+    let theory = fronts::theory(run).and_then(|theory| theory.speed_over_c());
+    let level = |steady| Curve::new(Role::Guide, "", vec![(1.0, steady), (run.plan.blocks as f64, steady)]);
+    let remark = theory.map(|_| Curve::remark("dotted: steady, in theory"));
+    let curves = [Curve::new(Role::Measured, "", local)].into_iter().chain(remark);
+    Ok(curves.chain(theory.map(level)).collect())
 }
 
 /// How a pulse ends where the prestress falls.

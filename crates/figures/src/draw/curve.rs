@@ -94,7 +94,8 @@ impl<F: OfCurves> Figure for F {
             let layers = panels.iter().flat_map(|(layers, _)| layers);
             layers.flat_map(|layer| layer.points()).map(|point| of(&point)).collect::<Vec<f64>>()
         };
-        let across = Scale::tight(x).fitted(values(|point| point.0).into_iter());
+        let is_log = LOGARITHMIC.contains(&Self::CURVES.name);
+        let across = Scale::tight(x).in_powers(is_log).fitted(values(|point| point.0).into_iter());
         let last = y.len() - 1;
         let mut panels: Vec<Panel> = panels
             .into_iter()
@@ -122,6 +123,9 @@ const LOOKS: [(&str, &str, Dash, RGBColor); 5] = [
     ("forces", "F_T", Dash::Solid, INK),
     ("slipped", "F_T/F_N", Dash::Dashed, GREY),
 ];
+
+/// Kinds with a logarithmic axis across.
+const LOGARITHMIC: [&str; 1] = ["front-transient"];
 
 /// A curve as a layer, drawn with a pen where its role has no look of its own.
 fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {

@@ -179,7 +179,6 @@ impl About {
             "lengths" => law.map_or_else(|| json!({}), |law| json!({ "law": law })),
             // Enough for fronts that are faster than waves.
             "front-stress" => json!({ "to_speed": 2.0 }),
-            "front-transient" => json!({ "from_speed": 0.0, "to_speed": 3.0 }),
             "stress" => {
                 json!({ "at_s": [0.0, duration_s / 3.0, 2.0 * duration_s / 3.0, duration_s] })
             }

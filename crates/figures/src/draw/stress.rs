@@ -43,7 +43,8 @@ impl Figure for Stress {
             return Err(format!("run {} has one block, and forces along a slider need several", run.name));
         }
         let friction = &run.plan.friction;
-        let state = |at_s: &f64| {
+        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let panel = |at_s: &f64| {
             let lacks = || format!("run {} has no fields to show at {at_s} s", run.name);
             let fields = run.states()?.near(*at_s).ok_or_else(lacks)?;
             let (load, borne_n) = loads(run, fields)?;
@@ -56,13 +57,8 @@ impl Figure for Stress {
             // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
             // sides.
             let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
-            Ok((fields, load, backwards_n > 0.5 * thresholds_n[1][0], thresholds_n))
-        };
-        let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
-        // The legend says so once.
-        let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
-        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
-        let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
+            let is_mirrored = backwards_n > 0.5 * thresholds_n[1][0];
+            let sign = if is_mirrored { "±" } else { "" };
             let mut layers = Vec::new();
             // A single level is that of both.
             for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
@@ -77,9 +73,9 @@ impl Figure for Stress {
             let panel = Panel::new(Scale::tight("x (mm)"), Scale::free(y), layers);
             let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
             let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
-            panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
-        });
-        Ok(Sheet::of(panels.collect()))
+            Ok(panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}")))
+        };
+        Ok(Sheet::of(self.at_s.iter().map(panel).collect::<Result<_, String>>()?))
     }
 }
 
@@ -110,36 +106,34 @@ impl Figure for StressSequence {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let states = run.states()?;
-        let (mut loads, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
-        for precursor in one_by_one(run) {
+        let found = one_by_one(run).into_iter().filter_map(|precursor| {
             let is_global = precursor.blocks_slipped == run.header.blocks;
-            if precursor.blocks_slipped < self.from_blocks || is_global && !self.global_slip {
-                continue;
-            }
-            let at_onset = states.at_precursor_onset(precursor.start.onset_step);
-            let at_end = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
-            if let Some((at_onset, at_end)) = at_onset.zip(at_end) {
-                loads.push(precursor.start.ft_fn_onset);
-                before.push(profile(run, at_onset)?);
-                after.push(profile(run, at_end)?);
-            }
-        }
-        if loads.is_empty() {
+            let is_shown = precursor.blocks_slipped >= self.from_blocks && (self.global_slip || !is_global);
+            let at_onset = states.at_precursor_onset(precursor.start.onset_step)?;
+            let at_end = states.at_precursor_end(precursor.end.end_step?)?;
+            is_shown.then_some((precursor.start.ft_fn_onset, [at_onset, at_end]))
+        });
+        let found: Vec<(f64, [&FieldRecord; 2])> = found.collect();
+        if found.is_empty() {
             let precursor = format!("precursor of {} blocks or more", self.from_blocks);
             let with = "states at its onset and its end (recording.event_fields = true has them recorded)";
             return Err(format!("run {} has no {precursor} with {with}", run.name));
         }
-        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, found.iter().map(|(load, _)| *load));
         let colours = Colours::of(scale, On::Lines);
         let end = f64::from(run.columns()) + 0.5;
-        let panels = [("before each precursor", before), ("after each precursor", after)];
-        let panels = panels.map(|(title, profiles)| {
-            let line = |(points, load): (_, &_)| Layer::line("", points, Dash::Solid, colours.nearest(*load));
-            let profiles = profiles.into_iter().zip(&loads).map(line);
+        let panel = |(n, title): (usize, &str)| {
+            let line = |(load, states): &(f64, [&FieldRecord; 2])| {
+                Ok(Layer::line("", profile(run, states[n])?, Dash::Solid, colours.nearest(*load)))
+            };
+            let mut layers = found.iter().map(line).collect::<Result<Vec<Layer>, String>>()?;
+            layers.extend(coefficient_lines(run, end));
             let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
-            Panel::new(x, y, profiles.chain(coefficient_lines(run, end)).collect()).titled(title)
-        });
-        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
+            Ok(Panel::new(x, y, layers).titled(title))
+        };
+        let panels = [(0, "before each precursor"), (1, "after each precursor")].into_iter().map(panel);
+        let panels = panels.collect::<Result<_, String>>()?;
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
     }
 }
 

@@ -21,6 +21,9 @@ const POINTS: u32 = 400;
 /// A little above the highest frequency of a lattice, the root of 6.
 const HIGHEST: f64 = 2.7;
 
+/// The frequency of one of the waves.
+type Frequency = fn(Waves) -> f64;
+
 impl Figure for Dispersion {
     of_one_run!();
 
@@ -42,7 +45,7 @@ impl Figure for Dispersion {
                 shares.map(|share| (share, of(direction.map(|along| along * PI * share)))).collect()
             };
             let mut layers = vec![Layer::remark("marks: pull of the bonds, lines: theory")];
-            let waves: [(_, fn(Waves) -> f64, _); 2] =
+            let waves: [(_, Frequency, _); 2] =
                 [("longitudinal", |waves| waves.longitudinal, 1.5f64), ("shear", |waves| waves.shear, 0.5)];
             for (n, (label, pick, square)) in waves.into_iter().enumerate() {
                 // In the limit of long waves, over the length of the wave vector.

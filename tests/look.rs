@@ -276,15 +276,8 @@ const RULES: [(&str, Rule); 11] = [
 ];
 
 /// Axes whose ends are given by the example, figures of a single run, and maps of the whole area.
-const EMPTY_BY_REQUEST: [&str; 7] = [
-    "with/front-speed",
-    "with/front-transient",
-    "with/spread",
-    "with/study",
-    "with/slipped",
-    "with/arrival-map",
-    "with/outlines",
-];
+const EMPTY_BY_REQUEST: [&str; 6] =
+    ["with/front-speed", "with/spread", "with/study", "with/slipped", "with/arrival-map", "with/outlines"];
 
 /// One test, so that figures are drawn once, even if tests run one after the other.
 #[test]

@@ -5,7 +5,6 @@
 //! and a line in `kinds!`.
 
 mod area;
-mod arrest;
 mod arrival_map;
 mod axis;
 mod chart;
@@ -19,7 +18,6 @@ mod front_profile;
 mod front_speed;
 mod front_speeds;
 mod front_stress;
-mod front_transient;
 mod ink;
 mod kind;
 mod legend;
@@ -106,9 +104,6 @@ macro_rules! kinds {
 kinds! {
     /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: lengths::Lengths,
-    /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
-    /// uniform distribution with their deviation, both over `p_n / N_s`.
-    "junction-forces" junction_forces: stress::JunctionForces,
     /// Load against time.
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
@@ -131,11 +126,6 @@ kinds! {
     /// groups of runs. Each share is that of the speeds of all runs of a group; whiskers reach from the
     /// smallest to the largest share in one of them.
     "front-speeds" front_speeds: front_speeds::FrontSpeeds,
-    /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
-    /// first slip of each block in the run. For one rupture among others, see `front-profile`.
-    "front-transient" front_transient: front_transient::FrontTransient,
-    /// Slip and speed of a pulse along the slider, and where it ends.
-    "arrest" arrest: arrest::Arrest,
     /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
     /// spread; for a whole run, a part of it, or one rupture. Where the log has dense windows or states
     /// of ruptures, colours show the velocity.
@@ -566,18 +556,17 @@ mod tests {
         assert_eq!(panels[0].layers.len(), 1, "marks alone");
         assert!((panels[1].layers[1].points()[0].1 - 0.8 * speed).abs() < 1e-9);
 
-        let transient =
-            text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
-        let figures: Figures = toml::from_str(&transient).unwrap();
+        let transient = "[[curve]]\ncurve = \"front-transient\"\nfile = \"f.png\"\nseries = [{ label = \"A\", run = \"a\" }]";
+        let figures: Figures = toml::from_str(transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
         let panel =
             drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap().panels.remove(0);
-        assert_eq!(panel.layers.last().unwrap().points().len(), 11);
+        assert_eq!(panel.layers[0].points().len(), 11);
     }
 
     #[test]
     fn pulses_are_drawn_as_they_pass_and_where_they_end() {
-        let arrest = "[[arrest]]\nfile = \"f.png\"\nrun = \"a\"";
+        let arrest = "[[curve]]\ncurve = \"arrest\"\nfile = \"f.png\"\nrun = \"a\"";
         let falling = "prestress.ratio = 0.6\nprestress.rise_ratio = -0.11";
         let panels = stacked(arrest, made_up::pulse(7, falling)).unwrap();
         // Block 7 bears 0.54 of its load; the line at the end goes up to gamma / (2 + gamma).

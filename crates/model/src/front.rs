@@ -112,20 +112,27 @@ impl Front {
         if !plan.has_theory() || plan.has_contact_courses() {
             return None;
         }
-        let k = plan.elastic.stiffness_n_per_m;
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
         let plain_friction = plan.friction.law.holds() && plan.friction.law.affine().is_some();
         if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 || plan.drive.course.is_some() {
             return None;
         }
+        Some(Front::with_prestress(plan, relative_prestress(plan, block)?))
+    }
+
+    /// The front of a plan under a prestress, if its drive is held.
+    pub fn with_prestress(plan: &Plan, prestress: f64) -> Front {
+        let k = plan.elastic.stiffness_n_per_m;
+        let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let impedance_kg_per_s = (k * plan.block_mass_kg).sqrt();
-        Some(Front {
-            prestress: relative_prestress(plan, block)?,
+        Front {
+            prestress,
             relative_damping: plan.elastic.damping_kg_per_s / impedance_kg_per_s,
-            top_stiffness: held[0] / k,
+            // Of a drive from the side, no block but the first has a spring.
+            top_stiffness: held.iter().copied().fold(f64::INFINITY, f64::min) / k,
             relative_radiation: plan.friction.law.radiation_kg_per_s() / impedance_kg_per_s,
-        })
+        }
     }
 
     /// The speed of a steady front over the chain's wave speed. None if the prestress is not

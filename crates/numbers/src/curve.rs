@@ -79,6 +79,10 @@ pub struct CurveKeys {
     pub blocks: Option<u32>,
     /// Blocks, counted from 1.
     pub at_blocks: Vec<u32>,
+    /// Instants, s.
+    pub at_s: Vec<f64>,
+    /// Whether states after the first precursors count as well.
+    pub after_slips: bool,
     /// Where the time axis begins, s.
     pub from_s: Option<f64>,
     /// Where the time axis ends, s.

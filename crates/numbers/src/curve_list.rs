@@ -3,17 +3,19 @@
 //! To add one: a function and an entry.
 
 use asperity_model::analytic::LengthLaw;
+use asperity_model::front::{Front, relative_prestress};
 use asperity_record::WindowRecord;
 
 use crate::curve::{Curve, CurveKeys, Role, curves};
 use crate::curves::{event_in_window, front_profile, growing_slips, pull_ratio, ring_down};
 use crate::fronts;
+use crate::precursors::one_by_one;
 use crate::required_data::RequiredData;
 use crate::run_data::{RunData, RunEvents};
 
 curves! {
     /// Velocities of one mode under several dampings.
-    "ring-down": ["v_1(t)/v_1(0)"], over "t √(k/m)", [], |_| RequiredData::WINDOWS, ringing;
+    "damping": ["v_1(t)/v_1(0)"], over "t √(k/m)", [], |_| RequiredData::WINDOWS, ringing;
     /// Displacement of chosen blocks against time.
     "displacement": ["u_n (mm)"], over "t (s)", ["at_blocks"],
         |keys| RequiredData { displacements_of: keys.at_blocks.iter().copied().collect(), ..RequiredData::NOTHING },
@@ -34,6 +36,16 @@ curves! {
     /// Velocity and slip of blocks that a slip pulse passes.
     "pulse": ["velocity × √(km)/[(μ_s − μ_d)p]", "slip × k/[(μ_s − μ_d)p]"],
         over "time since the pulse came, over a/c", ["before" "after"], |_| RequiredData::WINDOWS, pulse;
+    /// Slip and speed of a pulse along the slider, and where it ends.
+    "arrest": ["τ; slip × γ/2", "v/c"], over "block n", [], |_| RequiredData::NOTHING, arrest;
+    /// Speed of the front of a run with one front, such as the scenario `front`, along the slider: from the
+    /// first slip of each block in the run. For one rupture among others, see `front-profile`.
+    "front-transient": ["v/c between n − 1 and n"], over "block n", [], |_| RequiredData::NOTHING, front_transient;
+    /// Forces of pinned junctions along the slider at chosen instants: their mean and, below, the width of a
+    /// uniform distribution with their deviation, both over `p_n / N_s`.
+    "junction-forces": ["mean force/(p_n/N_s)", "width"], over "x (mm)", ["at_s" "after_slips"],
+        |keys| RequiredData { states: keys.after_slips, states_near_s: keys.at_s.clone(), ..RequiredData::NOTHING },
+        junction_forces;
 }
 
 /// What the dynamic coefficient is called; chapter 5 of the thesis writes `mu_k`, chapter 6 `mu_d`.
@@ -75,6 +87,12 @@ pub fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
     let mean =
         |column: usize| values[column..].iter().step_by(columns).sum::<f64>() / f64::from(contacts.rows());
     (0..columns).map(mean).collect()
+}
+
+/// A quantity along the slider by the place of each block, mm.
+pub fn by_mm(run: &RunEvents, values: &[f64]) -> Vec<(f64, f64)> {
+    let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
+    along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value)).collect()
 }
 
 /// Values at the places 1, 2 and so on.
@@ -269,6 +287,97 @@ fn pulse(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     if let Some(slip) = fronts::theory(run).and_then(|theory| theory.pulse_slip()) {
         curves.push(Curve::new(Role::Guide, "", vec![(from, slip), (to, slip)]).below());
         curves.push(Curve::remark("dotted: 2τ/γ").below());
+    }
+    Ok(curves)
+}
+
+/// How fronts become steady.
+fn front_transient(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    of_one_row(run)?;
+    let local = fronts::local_speeds(run);
+    if local.is_empty() {
+        return Err(format!("run {} has no front from block 1", run.name));
+    }
+    let theory = fronts::theory(run).and_then(|theory| theory.speed_over_c());
+    let level = |steady| Curve::new(Role::Guide, "", vec![(1.0, steady), (run.plan.blocks as f64, steady)]);
+    let remark = theory.map(|_| Curve::remark("dotted: steady, in theory"));
+    let curves = [Curve::new(Role::Measured, "", local)].into_iter().chain(remark);
+    Ok(curves.chain(theory.map(level)).collect())
+}
+
+/// How a pulse ends where the prestress falls.
+fn arrest(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
+    /// Blocks between marks, which keeps them apart.
+    const BETWEEN: usize = 12;
+    of_one_row(run)?;
+    let theory = fronts::theory(run).filter(|theory| theory.top_stiffness > 0.0).zip(fronts::unit_m(run));
+    let (theory, unit_m) =
+        theory.ok_or_else(|| format!("run {} has no rigid contacts under a held top drive", run.name))?;
+    let blocks = 1..run.plan.blocks;
+    let prestress = blocks.filter_map(|n| Some((n as f64 + 1.0, relative_prestress(&run.plan, n)?)));
+    let prestress: Vec<(f64, f64)> = prestress.collect();
+    let steady = prestress
+        .iter()
+        .filter_map(|&(block, prestress)| Some((block, Front { prestress, ..theory }.speed_over_c()?)));
+    let steady = Curve::new(Role::Theory, "steady, in theory", steady.collect()).below();
+    // The slip of a steady pulse, 2 tau / gamma, is drawn as the tau that it belongs to.
+    let scale = theory.top_stiffness / 2.0 / unit_m;
+    let passages = fronts::passages(run);
+    let slip =
+        passages.iter().filter_map(|passage| Some((f64::from(passage.block), passage.slip_m? * scale)));
+    let speeds = fronts::local_speeds(run);
+    let (last, arrest) = (passages.len() as f64, theory.arrest_prestress());
+    let end = |high: f64| Curve::new(Role::Guide, "", vec![(last, 0.0), (last, high)]);
+    let marked = |label: &str, points: Vec<(f64, f64)>| {
+        Curve::new(Role::Marked(BETWEEN), label, points.into_iter().skip(BETWEEN).collect())
+    };
+    let level = vec![(0.0, arrest), (run.plan.blocks as f64, arrest)];
+    Ok(vec![
+        Curve::new(Role::Measured, "prestress τ", prestress),
+        marked("slip × γ/2, in (μ_s − μ_d)p/k", slip.collect()),
+        Curve::new(Role::Guide, "γ/(2 + γ): no pulse below", level),
+        end(arrest),
+        steady,
+        end(speeds.last().map_or(0.0, |(_, speed)| *speed)).below(),
+        marked("simulated", speeds).below(),
+    ])
+}
+
+/// States are those recorded nearest to instants, and if asked for those after the first precursor of five blocks or
+/// more and after the first global slip, among slip events. Where no junction is pinned, nothing is shown.
+fn junction_forces(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let law = run.plan.friction.law.junctions().ok_or_else(|| {
+        format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
+    })?;
+    let recorded = run.states()?;
+    let mut states = Vec::from_iter(keys.at_s.iter().filter_map(|at_s| recorded.near(*at_s)));
+    if keys.after_slips {
+        let precursors = one_by_one(run);
+        let first = |least: u32| precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
+        let least = [fronts::FROM_BLOCKS, run.header.blocks].into_iter();
+        let ends = least.filter_map(|least| first(least)?.end.end_step);
+        states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
+    }
+    // Each once, in time.
+    states.retain(|state| !state.junctions_slipping.is_empty());
+    states.sort_by_key(|state| state.step);
+    states.dedup_by_key(|state| state.step);
+    if states.is_empty() {
+        return Err(format!("run {} has no states with junctions at these instants", run.name));
+    }
+    let across =
+        |role, label, level| Curve::new(role, label, vec![(0.0, level), (run.plan.length_m * 1e3, level)]);
+    let mut curves: Vec<Curve> =
+        levels(run).into_iter().map(|(mu, role, label)| across(role, label, mu)).collect();
+    curves.push(across(Role::Guide, "w at the start", law.width).below());
+    for state in states {
+        let course = |label, values: &[f64]| {
+            let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
+            let shown = values.iter().zip(pinned).map(|(value, is)| if is { *value } else { f64::NAN });
+            Curve::new(Role::Measured, label, by_mm(run, &shown.collect::<Vec<f64>>()))
+        };
+        curves.push(course(format!("t = {:.4} s", state.time_s), &state.pinned_mean_ratio));
+        curves.push(course(String::new(), &state.pinned_width_ratio).below());
     }
     Ok(curves)
 }

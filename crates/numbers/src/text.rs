@@ -36,6 +36,18 @@ pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
     text
 }
 
+/// What a key is called, and its value with its unit.
+pub fn of_key(summary: &Summary, name: &str) -> (String, String) {
+    let (at, key) = place(name);
+    (key.label(), with_unit(&summary.values()[at], key.column.unit))
+}
+
+/// The place of a key.
+fn place(name: &str) -> (usize, &'static Key) {
+    let named = |(_, key): &(usize, &Key)| key.column.name == name;
+    Summary::KEYS.iter().enumerate().find(named).expect("the name is that of a key")
+}
+
 /// The columns of [`of_several`]: two lines of heading, and the key.
 const COLUMNS: [(&str, &str, &str); 10] = [
     ("", "run", "run"),
@@ -56,11 +68,7 @@ pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> Strin
         COLUMNS.iter().map(|(above, ..)| (*above).to_owned()).collect(),
         COLUMNS.iter().map(|(_, below, _)| (*below).to_owned()).collect(),
     ];
-    let place = |name: &str| {
-        let named = |key: &Key| key.column.name == name;
-        Summary::KEYS.iter().position(named).expect("the columns are keys")
-    };
-    let places = COLUMNS.map(|(.., name)| place(name));
+    let places = COLUMNS.map(|(.., name)| place(name).0);
     for summary in summaries {
         let values = summary.values();
         rows.push(places.iter().map(|place| spelled(&values[*place])).collect());

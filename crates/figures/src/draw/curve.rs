@@ -41,10 +41,12 @@ impl Figure for CurveFigure {
     }
 
     fn check(&self) -> Result<(), String> {
-        let CurveKeys { blocks, at_blocks, from_s, to_s, before, after } = &self.keys;
+        let CurveKeys { blocks, at_blocks, at_s, after_slips, from_s, to_s, before, after } = &self.keys;
         let given = [
             ("blocks", blocks.is_some()),
             ("at_blocks", !at_blocks.is_empty()),
+            ("at_s", !at_s.is_empty()),
+            ("after_slips", *after_slips),
             ("from_s", from_s.is_some()),
             ("to_s", to_s.is_some()),
             ("before", before.is_some()),
@@ -79,11 +81,12 @@ impl Figure for CurveFigure {
             for curve in curves {
                 let layers = &mut panels[curve.axis];
                 let is_of_run = curve.label.is_empty();
-                if !is_of_run && layers.iter().any(|layer| layer.label == curve.label) {
+                let is_said = layers.iter().any(|layer| layer.label == curve.label);
+                if is_said && !is_of_run && curve.role != Role::Measured {
                     continue;
                 }
                 // Several curves of one run differ as those of several runs.
-                let place = if is_of_run { n } else { measured[curve.axis] };
+                let place = if self.run.is_none() { n } else { measured[curve.axis] };
                 measured[curve.axis] += usize::from(curve.role == Role::Measured);
                 let is_labelled = is_of_run && curve.axis == 0 && curve.role != Role::Guide;
                 let label = if is_labelled { label } else { &curve.label };
@@ -91,7 +94,8 @@ impl Figure for CurveFigure {
             }
         }
         let points = panels.iter().flatten().flat_map(Layer::points);
-        let across = Scale::tight(x).fitted(points.map(|point| point.0));
+        let is_log = LOGARITHMIC.contains(&self.curve.name);
+        let across = Scale::tight(x).in_powers(is_log).fitted(points.map(|point| point.0));
         let last = y.len() - 1;
         let panel = |(n, (mut layers, y)): (usize, (Vec<Layer>, &&str))| {
             layers.sort_by_key(|layer| layer.shape == Shape::Remark);
@@ -113,6 +117,9 @@ const LOOKS: [(&str, &str, Dash, RGBColor); 5] = [
     ("slipped", "F_T/F_N", Dash::Dashed, GREY),
 ];
 
+/// Kinds with a logarithmic axis across.
+const LOGARITHMIC: [&str; 1] = ["front-transient"];
+
 /// A curve as a layer, drawn with a pen where its role has no look of its own.
 fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {
     let points = curve.points.clone();
@@ -125,6 +132,61 @@ fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {
         (role, None) => {
             let (dash, colour) = level_look(role);
             Layer::line(pen.label, points, dash, colour)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CurveFigure;
+    use super::{Figure, Panel, Parts};
+    use asperity_numbers::run_data::RunData;
+    use asperity_record::FieldRecord;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
+
+    fn panels(figure: &CurveFigure, run: &RunData) -> Result<Vec<Panel>, String> {
+        let part = figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?;
+        Ok(figure.sheet(Parts::from([("a".to_owned(), part)]))?.panels)
+    }
+
+    #[test]
+    fn each_instant_has_a_line_with_gaps_where_no_junction_is_pinned() {
+        let mut run = made_up::run(LAW, &EVENTS);
+        let state = |step: u64, slipping: u32| FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            junctions_slipping: vec![0, slipping, 3],
+            pinned_mean_ratio: vec![0.1, 0.2, 0.3],
+            pinned_width_ratio: vec![0.05, 0.06, step as f64],
+            ..FieldRecord::default()
+        };
+        let states = [state(0, 0), state(510, 100), state(700, 7)];
+        let figure: CurveFigure =
+            toml::from_str("file = 'f.png'\nrun = 'a'\ncurve = 'junction-forces'\nkeys = { at_s = [0.0, 1.0, 2.0], after_slips = true }").unwrap();
+        run.kept = figure.required_data();
+        made_up::with_states(&mut run, &states);
+        // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
+        let panels = panels(&figure, &run).unwrap();
+        let [upper, lower] = &panels[..] else { panic!("two panels") };
+        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
+        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
+        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
+        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
+    }
+
+    #[test]
+    fn runs_without_junctions_or_states_of_them_are_refused() {
+        let figure: CurveFigure =
+            toml::from_str("file = 'f.png'\nrun = 'a'\ncurve = 'junction-forces'\nkeys.at_s = [0.0]")
+                .unwrap();
+        for (toml, why) in [
+            ("", "run test has no junctions (accepted: friction.law = \"junctions\")"),
+            (LAW, "run test has no states with junctions at these instants"),
+        ] {
+            assert_eq!(panels(&figure, &made_up::run(toml, &EVENTS)).unwrap_err(), why);
         }
     }
 }

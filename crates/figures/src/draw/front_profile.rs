@@ -48,8 +48,11 @@ impl Figure for FrontProfile {
         }
         let theory = theory(run, (run.loads()?, run.states()?), rupture);
         let speeds = local.iter().chain(&theory).map(|(_, speed)| *speed).filter(|speed| speed.is_finite());
-        let to = self.to_speed.unwrap_or_else(|| 1.1 * nearly_largest(speeds.collect()).max(1.1));
-        let within = |point: &(f64, f64)| (0.0..=to).contains(&point.1);
+        let mut speeds: Vec<f64> = speeds.collect();
+        speeds.sort_by(f64::total_cmp);
+        let nineteen_of_twenty = (speeds.len() * 19).div_ceil(20).saturating_sub(1);
+        let nearly_largest = speeds.get(nineteen_of_twenty).copied().unwrap_or_default();
+        let to = self.to_speed.unwrap_or(1.1 * nearly_largest.max(1.1));
         let (first, last) = (f64::from(rupture.first_block), f64::from(rupture.last_block));
         let beginning = f64::from(beginning);
         let about = if run.of_one_row().is_some() { "between neighbours" } else { "of each contact" };
@@ -70,12 +73,9 @@ impl Figure for FrontProfile {
             }
         }
         if !theory.is_empty() {
-            let gaps = theory.iter().map(|point| if within(point) { *point } else { (point.0, f64::NAN) });
-            layers.push(Layer::line("theory, rigid contacts", gaps.collect(), Dash::DotDashed, GREEN));
+            layers.push(Layer::line("theory, rigid contacts", theory, Dash::DotDashed, GREEN));
         }
-        let above: Vec<(f64, f64)> =
-            local.iter().filter(|(_, speed)| *speed > to).map(|(block, _)| edge(*block)).collect();
-        let marks: Vec<(f64, f64)> = local.into_iter().filter(within).collect();
+        let (marks, above): (Vec<_>, Vec<_>) = local.into_iter().partition(|(_, speed)| *speed <= to);
         // Lines are hidden by many marks.
         let color = if marks.len() > MOST_MARKS { GREY } else { INK };
         if marks.len() > MOST_MARKS {
@@ -84,7 +84,12 @@ impl Figure for FrontProfile {
             layers.push(Layer::marks(about, marks, Marker::Circle, INK));
         }
         if !above.is_empty() {
-            layers.push(Layer::marks("above the axis", above, Marker::Triangle, color));
+            layers.push(Layer::marks(
+                "above the axis",
+                above.into_iter().map(|(block, _)| edge(block)).collect(),
+                Marker::Triangle,
+                color,
+            ));
         }
         layers.push(Layer::line("nucleation", vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE));
         let title = format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset);
@@ -141,28 +146,11 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
     if !plan.has_theory() {
         return Vec::new();
     }
-    let k = plan.elastic.stiffness_n_per_m;
-    let held = plan.drive.stiffness_n_per_m(plan.blocks);
-    let front = |n: usize| {
-        Some(Front {
-            prestress: prestress(n)?,
-            relative_damping: plan.elastic.damping_kg_per_s / (k * plan.block_mass_kg).sqrt(),
-            relative_radiation: plan.friction.law.radiation_kg_per_s() / (k * plan.block_mass_kg).sqrt(),
-            // Of a drive from the side, no block but the first has a spring.
-            top_stiffness: held.iter().copied().fold(f64::INFINITY, f64::min).max(0.0) / k,
-        })
-    };
+    let front = |n: usize| Front::with_prestress(plan, prestress(n)?).speed_over_c();
     let blocks = rupture.first_block..=rupture.last_block;
-    let speed = |n: usize| front(n).and_then(|front| front.speed_over_c()).unwrap_or(f64::NAN);
+    let speed = |n: usize| front(n).unwrap_or(f64::NAN);
     let speeds: Vec<(f64, f64)> = blocks.map(|block| (f64::from(block), speed(block as usize - 1))).collect();
     if speeds.iter().all(|(_, speed)| speed.is_nan()) { Vec::new() } else { speeds }
-}
-
-/// The number that nineteen of twenty do not exceed.
-fn nearly_largest(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let at = (values.len() * 19).div_ceil(20).saturating_sub(1);
-    values.get(at).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

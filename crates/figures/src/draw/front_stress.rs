@@ -72,8 +72,9 @@ impl Figure for FrontStress {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let all = with_parts(&self.series, &parts)?;
         let shown = |point: &&(f64, f64)| (0.0..=self.to_speed).contains(&point.1);
-        let stresses =
-            || all.iter().flat_map(|(_, part)| part.marks.iter().flatten()).filter(shown).map(|(x, _)| *x);
+        let of =
+            |n: usize| all.iter().flat_map(move |(_, part)| &part.marks[n]).filter(shown).map(|(x, _)| *x);
+        let stresses = || of(0).chain(of(1));
         if stresses().next().is_none() {
             return Err(format!(
                 "no rupture of {} blocks or more has a front up to {} c, and a state at its onset",
@@ -95,16 +96,14 @@ impl Figure for FrontStress {
         }));
         for (index, (label, part)) in all.iter().enumerate() {
             let (marker, _, color) = nth(index);
-            let [precursors, global_slip] =
-                part.marks.each_ref().map(|points| points.iter().filter(shown).copied().collect());
+            let [precursors, global_slip] = part.marks.clone();
             layers.push(Layer::marks(*label, precursors, marker, color));
             // Marks of a global slip are filled, to be distinguishable in grey.
             layers.push(Layer::discs("", global_slip, DISC, color));
         }
         // The legend distinguishes them where there are both.
-        let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
-        layers.extend(has(0).then(|| Layer::remark("open: precursors")));
-        layers.extend(has(1).then(|| Layer::remark("discs: first global slip")));
+        layers.extend(of(0).next().map(|_| Layer::remark("open: precursors")));
+        layers.extend(of(1).next().map(|_| Layer::remark("discs: first global slip")));
         layers.push(Layer::remark(&first.over));
         let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
         Ok(Sheet::single(x, y, layers))

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 
 use asperity_numbers::curve::Role;
 use asperity_numbers::curve_list;
-pub(super) use asperity_numbers::curve_list::of_one_row;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;

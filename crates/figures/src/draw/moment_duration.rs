@@ -4,7 +4,7 @@
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
-use super::rupture_selector::{Clock, no_ruptures};
+use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
 use super::sheet::{Dash, GREY, Layer, Sheet};
 
@@ -12,12 +12,8 @@ keys! {
     MomentDuration: series;
 
     /// The smallest rupture that is shown, in blocks.
-    #[serde(default = "one")]
+    #[serde(default = "super::arrival_map::one")]
     from_blocks: u32,
-}
-
-fn one() -> u32 {
-    1
 }
 
 /// Exponents of the guides.
@@ -40,57 +36,43 @@ impl Figure for MomentDuration {
     }
 
     fn sheet(&self, parts: Parts<Vec<(f64, f64)>>) -> Result<Sheet, String> {
-        let all = || parts.values().flatten().copied();
-        let longest_s = all().map(|point| point.0).fold(0.0, f64::max);
-        let clock = Clock::of(0.0, longest_s, 0.0);
-        let mut layers = guides(&all().collect::<Vec<_>>(), &clock);
+        let points: Vec<(f64, f64)> = parts.values().flatten().copied().collect();
+        let x = Scale::free_powers("duration T (s)").fitted(points.iter().map(|point| point.0));
+        let y = Scale::free_powers("moment M_0 (N m)").fitted(points.iter().map(|point| point.1));
+        let mut layers = guides(&points, x.ends());
         for (pen, points) in with_pens(&self.series, &parts)? {
-            let placed = points.iter().map(|(duration_s, moment)| (clock.place(*duration_s), *moment));
             let label = format!("{}: {}", pen.label, points.len());
-            layers.push(pen.called(&label).marks(placed.collect()));
+            layers.push(pen.called(&label).marks(points.clone()));
         }
-        let x = Scale::free_powers(&clock.label("duration T"));
-        Ok(Sheet::single(x, Scale::free_powers("moment M_0 (N m)"), layers))
+        Ok(Sheet::single(x, y, layers))
     }
 }
 
-/// Straight lines of each slope through the middle of the points, as far as the points reach.
-fn guides(points: &[(f64, f64)], clock: &Clock) -> Vec<Layer> {
-    let ends = |of: fn(&(f64, f64)) -> f64| {
-        let values = points.iter().map(of);
-        values.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| [low.min(value), high.max(value)])
+/// Straight lines of each slope through the middle of the points, between two durations.
+fn guides(points: &[(f64, f64)], (from_s, to_s): (f64, f64)) -> Vec<Layer> {
+    let median = |of: fn(&(f64, f64)) -> f64| asperity_numbers::median(points.iter().map(of));
+    let line = |(middle_s, middle): (f64, f64), slope| {
+        let at = |duration_s: f64| (duration_s, middle * (duration_s / middle_s).powi(slope));
+        Layer::line("M_0 ∝ T, T², T³", vec![at(from_s), at(to_s)], Dash::Dotted, GREY)
     };
-    let ([t_low, t_high], [m_low, m_high]) = (ends(|point| point.0), ends(|point| point.1));
-    if points.len() < 2 || t_low >= t_high || m_low >= m_high {
-        return Vec::new();
-    }
-    let median = |of: fn(&(f64, f64)) -> f64| asperity_numbers::median(points.iter().map(of).map(f64::ln));
-    let (Some(t), Some(m)) = (median(|point| point.0), median(|point| point.1)) else { return Vec::new() };
-    let line = |slope: i32| {
-        let slope = f64::from(slope);
-        // The duration at which the line has a moment.
-        let at = |moment: f64| t + (moment.ln() - m) / slope;
-        let (from, to) = (at(m_low).max(t_low.ln()), at(m_high).min(t_high.ln()));
-        let point = |ln_t: f64| (clock.place(ln_t.exp()), (m + slope * (ln_t - t)).exp());
-        Layer::line("M_0 ∝ T, T², T³", vec![point(from), point(to)], Dash::Dotted, GREY)
-    };
-    SLOPES.map(line).into()
+    let middle = median(|point| point.0).zip(median(|point| point.1));
+    middle.into_iter().flat_map(|middle| SLOPES.map(|slope| line(middle, slope))).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, guides};
+    use super::guides;
 
     #[test]
-    fn guides_have_their_slopes_and_end_with_the_points() {
+    fn guides_have_their_slopes_and_reach_both_ends() {
         let points = [(1e-3, 1.0), (1e-2, 10.0), (1e-1, 100.0)];
-        for (layer, slope) in guides(&points, &Clock::of(0.0, 1.0, 0.0)).iter().zip([1.0, 2.0, 3.0]) {
+        for (layer, slope) in guides(&points, (1e-3, 0.2)).iter().zip([1.0, 2.0, 3.0]) {
             let ends = layer.points();
             let (a, b) = (ends[0], ends[1]);
             assert!(((b.1 / a.1).ln() / (b.0 / a.0).ln() - slope).abs() < 1e-9, "{ends:?}");
             let on_middle = a.1 * (1e-2 / a.0).powf(slope);
-            assert!((on_middle - 10.0).abs() < 1e-9 && a.1 > 0.99 && b.1 < 100.1, "{ends:?}");
+            assert!((on_middle - 10.0).abs() < 1e-9 && (a.0, b.0) == (1e-3, 0.2), "{ends:?}");
         }
-        assert!(guides(&points[..1], &Clock::of(0.0, 1.0, 0.0)).is_empty());
+        assert!(guides(&[], (1.0, 2.0)).is_empty());
     }
 }

@@ -5,14 +5,12 @@
 //! from its arrival to its stop and in the direction of its slip. Blocks that stick move too, on their friction springs,
 //! but their motion is no slip. The integral over time is the moment.
 
-use std::collections::BTreeMap;
-
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::Rupture;
+use asperity_record::{Arrival, Rupture, WindowRecord};
 
 use super::kind::{Figure, keys, of_one_run};
-use super::rupture_selector::{Clock, no_ruptures};
+use super::rupture_selector::no_ruptures;
 use super::scale::{Scale, number};
 use super::sheet::{Pen, Sheet};
 
@@ -34,11 +32,8 @@ fn three() -> usize {
 /// Smallest rate on a logarithmic axis, over the largest.
 const LOWEST: f64 = 1e-3;
 
-/// The rate at which the moment of a rupture grows, N m/s, at each recorded time from its onset to its end.
-struct Course<'a> {
-    rupture: &'a Rupture,
-    points: Vec<(f64, f64)>,
-}
+/// A rupture, and the rate at which its moment grows, N m/s, at each recorded time from its onset to its end.
+type Course<'a> = (&'a Rupture, Vec<(f64, f64)>);
 
 impl Figure for MomentRates {
     of_one_run!();
@@ -49,27 +44,21 @@ impl Figure for MomentRates {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let mut courses = courses(run)?;
-        courses.sort_by(|a, b| {
-            let size = |course: &Course| course.rupture.moment_n_m.unwrap_or_default();
-            size(b).total_cmp(&size(a))
-        });
+        let moment = |course: &Course| course.0.moment_n_m.unwrap_or_default();
+        courses.sort_by(|a, b| moment(b).total_cmp(&moment(a)));
         courses.truncate(self.count.clamp(1, 5));
-        let longest_s = courses.iter().filter_map(|course| course.points.last()).map(|point| point.0);
-        let clock = Clock::of(0.0, longest_s.fold(0.0, f64::max), 0.0);
-        let highest =
-            courses.iter().flat_map(|course| &course.points).map(|point| point.1).fold(0.0, f64::max);
+        let rates = courses.iter().flat_map(|(_, points)| points).map(|point| point.1);
+        let highest = rates.fold(0.0, f64::max);
         let mut layers = Vec::new();
-        for (index, Course { rupture, points }) in courses.iter().enumerate() {
+        for (index, course) in courses.iter().enumerate() {
             let is_shown = |rate: f64| !self.logarithmic || rate >= LOWEST * highest;
-            let shown = points.iter().filter(|(_, rate)| is_shown(*rate));
-            let moment = rupture.moment_n_m.unwrap_or(0.0);
-            let label = format!("rupture {}: M_0 = {} N m", rupture.rupture, number(moment));
-            let course = shown.map(|(t, rate)| (clock.place(*t), *rate)).collect();
-            layers.push(Pen::nth(index, &label).line(course));
+            let shown = course.1.iter().filter(|(_, rate)| is_shown(*rate));
+            let label = format!("rupture {}: M_0 = {} N m", course.0.rupture, number(moment(course)));
+            layers.push(Pen::nth(index, &label).line(shown.copied().collect()));
         }
         let label = "moment rate (N m/s)";
         let y = if self.logarithmic { Scale::free_powers(label) } else { Scale::free(label) };
-        Ok(Sheet::single(Scale::free(&clock.label("t − onset")), y, layers))
+        Ok(Sheet::single(Scale::free("t − onset (s)"), y, layers))
     }
 }
 
@@ -84,34 +73,28 @@ fn courses(run: &RunData) -> Result<Vec<Course<'_>>, String> {
     }
     let plan = &run.plan;
     let of_velocity = plan.scales.modulus_n_per_m * plan.spacing_m;
-    let mut slides: BTreeMap<u64, Vec<(usize, u64, u64, f64)>> = BTreeMap::new();
-    for arrival in run.arrivals()? {
-        if let Some(stop_step) = arrival.stop_step {
-            let direction = arrival.slip_m.unwrap_or_default().signum();
-            let of_block = (arrival.block as usize, arrival.arrival_step, stop_step, direction);
-            slides.entry(arrival.rupture).or_default().push(of_block);
-        }
-    }
     let records = run.rupture_fields()?;
     let mut courses = Vec::new();
-    for rupture in ruptures {
-        let (Some(end_step), Some(blocks)) = (rupture.end_step, slides.get(&rupture.rupture)) else {
+    for arrivals in run.arrivals()?.chunk_by(|a, b| a.rupture == b.rupture) {
+        let rupture = ruptures.iter().find(|rupture| rupture.rupture == arrivals[0].rupture);
+        let Some((rupture, end_step)) = rupture.and_then(|rupture| Some((rupture, rupture.end_step?))) else {
             continue;
+        };
+        let rate = |record: &WindowRecord| {
+            let velocity = |arrival: &Arrival| {
+                let is_sliding = (arrival.arrival_step..arrival.stop_step?).contains(&record.step);
+                let index = arrival.block.checked_sub(record.first_block)? as usize;
+                let velocity = record.velocity_m_per_s.get(index).filter(|_| is_sliding)?;
+                Some(arrival.slip_m.unwrap_or_default().signum() * velocity)
+            };
+            let sum: f64 = arrivals.iter().filter_map(velocity).sum();
+            (record.time_s - rupture.onset_s, of_velocity * sum)
         };
         let from = records.partition_point(|record| record.step < rupture.onset_step);
         let within = records[from..].iter().take_while(|record| record.step < end_step);
-        let mut points = Vec::new();
-        for record in within {
-            let velocity = |(block, arrival, stop, direction): &(usize, u64, u64, f64)| {
-                let is_sliding = (*arrival..*stop).contains(&record.step);
-                let index = block.checked_sub(record.first_block as usize)?;
-                record.velocity_m_per_s.get(index).filter(|_| is_sliding).map(|velocity| direction * velocity)
-            };
-            let sum: f64 = blocks.iter().filter_map(velocity).sum();
-            points.push((record.time_s - rupture.onset_s, of_velocity * sum));
-        }
+        let points: Vec<(f64, f64)> = within.map(rate).collect();
         if points.len() > 2 {
-            courses.push(Course { rupture, points });
+            courses.push((rupture, points));
         }
     }
     if courses.is_empty() {
@@ -153,18 +136,18 @@ mod tests {
         let found = courses(&run).expect("it is recorded");
         // E L_y a.
         let factor = run.plan.scales.modulus_n_per_m * run.plan.spacing_m;
-        let sums: Vec<f64> = found[0].points.iter().map(|(_, rate)| rate / factor * 1e3).collect();
+        let sums: Vec<f64> = found[0].1.iter().map(|(_, rate)| rate / factor * 1e3).collect();
         assert_eq!(found.len(), 1);
         assert!(sums.iter().zip([1.0, 3.0, 3.0, 3.0, 2.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{sums:?}");
         assert_eq!(sums.len(), 5);
-        assert_eq!(found[0].points[0].0, 0.0);
-        let forwards = found[0].points.clone();
+        assert_eq!(found[0].1[0].0, 0.0);
+        let forwards = found[0].1.clone();
         // Backwards, the same course is above 0 too, where the axis of the figure is.
         for record in &mut run.rupture_fields {
             record.velocity_m_per_s.iter_mut().for_each(|velocity| *velocity = -*velocity);
         }
         run.arrivals.iter_mut().for_each(|arrival| arrival.slip_m = Some(-1.0));
-        assert_eq!(courses(&run).expect("it is recorded")[0].points, forwards);
+        assert_eq!(courses(&run).expect("it is recorded")[0].1, forwards);
         run.rupture_fields.clear();
         let why = courses(&run).err().expect("nothing is recorded");
         assert!(why.contains("recording.rupture_fields_s"), "{why}");

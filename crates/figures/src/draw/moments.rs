@@ -2,10 +2,10 @@
 
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet, nth};
+use super::sheet::{Dash, GREY, Layer, Sheet};
 
 keys! {
     Moments: series;
@@ -26,50 +26,34 @@ keys! {
 /// Width of an interval in `ln M_0`.
 const WIDTH: f64 = 0.5;
 
-/// The logarithms of the moments of ruptures that slid forwards: of all, and of the longer ones.
-pub(crate) struct Part {
-    all: Vec<f64>,
-    longer: Vec<f64>,
-}
-
 impl Figure for Moments {
-    of_runs_in!(series, Part);
+    of_runs_in!(series, [Vec<f64>; 2]);
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
+    /// The logarithms of the moments of ruptures that slid forwards: of all, and of the longer ones.
+    fn part(&self, run: &RunData) -> Result<[Vec<f64>; 2], String> {
         let ruptures = run.ruptures.as_ref().ok_or_else(|| no_ruptures(run))?;
-        let longer_than = self.longer_than_blocks.unwrap_or(u32::MAX);
-        let mut part = Part { all: Vec::new(), longer: Vec::new() };
+        let mut part = [Vec::new(), Vec::new()];
         for rupture in ruptures.iter().filter(|rupture| rupture.onset_s >= self.from_s) {
-            let Some(moment) = rupture.moment_n_m.filter(|moment| *moment > 0.0) else { continue };
-            let is_longer = rupture.slipped() > longer_than;
-            if self.alone && !is_longer && rupture.overlapping {
-                continue;
-            }
-            let of = if is_longer { &mut part.longer } else { &mut part.all };
-            of.push(moment.ln());
+            let is_longer = self.longer_than_blocks.is_some_and(|blocks| rupture.slipped() > blocks);
+            let counts = is_longer || !self.alone || !rupture.overlapping;
+            let moment = rupture.moment_n_m.filter(|moment| counts && *moment > 0.0);
+            part[usize::from(is_longer)].extend(moment.map(f64::ln));
         }
         Ok(part)
     }
 
-    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let series = with_parts(&self.series, &parts)?;
-        let (mut layers, mut all) = (Vec::new(), Vec::new());
-        for (index, (label, part)) in series.iter().enumerate() {
-            let (marker, _, color) = nth(index);
-            let (shorter, longer) = (rates(&part.all), rates(&part.longer));
-            all.extend(shorter.iter().chain(&longer).copied());
-            let filled = |blocks: u32| format!("{label}, > {blocks} blocks: {}", part.longer.len());
-            layers.push(Layer::discs(
-                self.longer_than_blocks.map_or_else(String::new, filled),
-                longer,
-                9.0,
-                color,
-            ));
-            layers.push(Layer::marks(format!("{label}: {}", part.all.len()), shorter, marker, color));
+    fn sheet(&self, parts: Parts<[Vec<f64>; 2]>) -> Result<Sheet, String> {
+        let series = with_pens(&self.series, &parts)?;
+        let mut layers = Vec::new();
+        for (pen, [all, longer]) in &series {
+            let filled = |blocks: u32| format!("{}, > {blocks} blocks: {}", pen.label, longer.len());
+            let filled = self.longer_than_blocks.map_or_else(String::new, filled);
+            layers.push(pen.called(&filled).discs(rates(longer)));
+            layers.push(pen.called(&format!("{}: {}", pen.label, all.len())).marks(rates(all)));
         }
-        let first = series.first().and_then(|(_, part)| behind_peak(&rates(&part.all)));
+        let first = series.first().and_then(|(_, [all, _])| behind_peak(&rates(all)));
         if let (Some(b), Some(from)) = (self.b, first) {
-            let lowest = all.iter().map(|point| point.1).fold(from.1, f64::min);
+            let lowest = layers.iter().flat_map(Layer::points).map(|point| point.1).fold(from.1, f64::min);
             // It ends where it is as low as the lowest mark.
             let end = from.0 * (from.1 / lowest).powf(1.0 / b);
             layers.push(Layer::line(format!("slope −{b}"), vec![from, (end, lowest)], Dash::Dashed, GREY));

@@ -189,11 +189,10 @@ impl About {
             "lengths" => law.map_or_else(|| json!({}), |law| json!({ "law": law })),
             // Enough for fronts that are faster than waves.
             "front-stress" => json!({ "to_speed": 2.0 }),
-            "front-transient" => json!({ "from_speed": 0.0, "to_speed": 3.0 }),
             "stress" => {
                 json!({ "at_s": [0.0, duration_s / 3.0, 2.0 * duration_s / 3.0, duration_s] })
             }
-            "junction-forces" => json!({ "at_s": [0.0, duration_s], "after_slips": true }),
+            "junction-forces" => json!({ "keys": { "at_s": [0.0, duration_s], "after_slips": true } }),
             "displacement" => {
                 let mut shown = vec![1, blocks.div_ceil(2), *blocks];
                 shown.dedup();

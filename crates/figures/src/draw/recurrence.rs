@@ -6,7 +6,7 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
 
 use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
-use super::rupture_selector::{Clock, before_first_global_slip, sorted};
+use super::rupture_selector::{before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Sheet, nth};
 use super::sizes::{Fitted, band, fit_layers, steps, with_error};
@@ -22,12 +22,8 @@ keys! {
     fit: TimeLaw,
 }
 
-/// What is shown of a run.
-pub(crate) struct Part {
-    /// Times between ruptures from the first global slip on; between all where there is none.
-    times_s: Vec<f64>,
-    any_global_slip: bool,
-}
+/// Times between ruptures from the first global slip on, between all where there is none, s; and whether there is any.
+pub(super) type Part = (Vec<f64>, bool);
 
 impl Figure for Recurrence {
     of_runs_in!(series, Part);
@@ -54,63 +50,52 @@ pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, Stri
         .map(|(rupture, _)| rupture.onset_s)
         .collect();
     let times_s = onsets.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    Ok(Part { times_s, any_global_slip: first_global.is_some() })
+    Ok((times_s, first_global.is_some()))
 }
 
 pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
     const POINTS: u32 = 200;
     let (mut behind, mut layers) = (Vec::new(), Vec::new());
-    let longest_s = series.iter().flat_map(|(_, part)| &part.times_s).copied().fold(0.0, f64::max);
-    let times = || series.iter().flat_map(|(_, part)| &part.times_s).copied();
-    let shortest_s = times().fold(longest_s, f64::min);
+    let times = series.iter().flat_map(|(_, part)| part.0.iter().copied());
     // Times that are nearly the same are shown without what is far below them.
-    let from_s =
-        if shortest_s > 0.5 * longest_s { (1.6 * shortest_s - 0.6 * longest_s).max(0.0) } else { 0.0 };
-    let to_s = if longest_s > 0.0 { longest_s + 0.15 * (longest_s - from_s) } else { 1.0 };
-    let clock = Clock::of(0.0, to_s, 0.0);
-    for (index, (label, part)) in series.iter().enumerate() {
+    let (from_s, to_s) = Scale::free("").fitted(times).ends();
+    for (index, (label, (times_s, has_global_slip))) in series.iter().enumerate() {
         let (_, dash, color) = nth(index);
-        let count = part.times_s.len();
+        let count = times_s.len();
         let label = format!("{label}: {count}");
-        let placed = |course: &[(f64, f64)]| -> Vec<(f64, f64)> {
-            course.iter().map(|(time_s, share)| (clock.place(*time_s), *share)).collect()
-        };
         let mut course = Vec::new();
         if count > 0 {
-            let mut shares = survival(&part.times_s);
+            let mut shares = survival(times_s);
             // Before the shortest time all are longer, and none beyond the longest.
             shares.insert(0, (from_s, 1.0));
             shares.push((to_s, 0.0));
-            course = placed(&steps(&shares));
+            course = steps(&shares);
             let outline = band(&course, half_band(count), 0.0);
             behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
         }
         layers.push(Layer::line(label, course, Dash::Solid, color));
-        let fit = (law != TimeLaw::None).then(|| TimeFit::of(&part.times_s, law));
+        let fit = (law != TimeLaw::None).then(|| TimeFit::of(times_s, law));
         let fitted = fit.map(|fit| {
             fit.map(|fit| {
                 let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
-                let course: Vec<_> = times.map(|time_s| (time_s, fit.survival(time_s))).collect();
-                let test = Test::of_times(&fit, &part.times_s, law);
-                let (law, parameters) = words(fit, &clock);
-                Fitted { law, parameters, test, course: placed(&course) }
+                let course = times.map(|time_s| (time_s, fit.survival(time_s))).collect();
+                let test = Test::of_times(&fit, times_s, law);
+                let (law, parameters) = words(fit);
+                Fitted { law, parameters, test, course }
             })
         });
         let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
-        layers.extend(fit_layers(fitted, part.any_global_slip || count == 0, dash, color));
+        layers.extend(fit_layers(fitted, *has_global_slip || count == 0, dash, color));
     }
     behind.extend(layers);
-    let x = Scale::between(&clock.label("T between onsets"), clock.place(from_s), clock.place(to_s));
+    let x = Scale::between("T between onsets (s)", from_s, to_s);
     let y = Scale::between("share of longer times", 0.0, 1.04);
     Sheet::single(x, y, behind)
 }
 
 /// The law that was fitted, and its parameters.
-fn words(fit: TimeFit, clock: &Clock) -> (&'static str, Vec<String>) {
-    let time = |Estimate { value, error }: Estimate| {
-        let placed = Estimate { value: clock.place(value), error: clock.place(error) };
-        format!("({}) {}", with_error(placed), clock.unit)
-    };
+fn words(fit: TimeFit) -> (&'static str, Vec<String>) {
+    let time = |estimate: Estimate| format!("({}) s", with_error(estimate));
     match fit {
         TimeFit::Weibull { shape, scale_s } => {
             ("Weibull", vec![format!("κ = {}", with_error(shape)), format!("T_0 = {}", time(scale_s))])
@@ -138,7 +123,7 @@ mod tests {
             &[early, &all(100), &all(200), one, &all(320), &all(400), &all(501), &all(600)],
         );
         let steps = |from_blocks| -> Vec<i64> {
-            let times_s = part(&run, from_blocks).unwrap().times_s;
+            let times_s = part(&run, from_blocks).unwrap().0;
             times_s.iter().map(|time_s| (time_s / 1e-7).round() as i64).collect()
         };
         assert_eq!(steps(None), [100, 120, 80, 101, 99]);

@@ -129,6 +129,11 @@ impl Scale {
         Scale { log: true, ..Scale::free(label) }
     }
 
+    /// It, logarithmic if so.
+    pub(crate) fn in_powers(self, log: bool) -> Scale {
+        Scale { log, ..self }
+    }
+
     /// It with ends that hold these values, if it is free.
     pub(crate) fn fitted(&self, values: impl Iterator<Item = f64> + Clone) -> Scale {
         let Some(room) = self.room else { return self.clone() };

@@ -5,16 +5,13 @@
 //! - `stress-sequence`: `tau_n / p_n` before and after each precursor, each over the normal load of its instant. States
 //!   are recorded at the onsets and ends of slip events, so the precursors are those among slip events: what a precursor
 //!   leaves behind is then what the next one finds, but for the load that the drive has added meanwhile.
-//! - `junction-forces`: the mean and the width of forces of pinned junctions on each contact, over the load that a
-//!   junction bears. Where none is pinned, nothing is shown.
 //! - `onset`: `tau_n` when the first precursor starts, with (5.45) and the exact decay of the discrete chain (Figures
 //!   5.19, 5.20).
 
 use asperity_model::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
-use asperity_numbers::curve_list::along;
+use asperity_numbers::curve_list::{along, by_mm};
 use asperity_numbers::curves::pull_ratio;
-use asperity_numbers::fronts::FROM_BLOCKS;
 use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Load, RunData, load_at};
@@ -25,7 +22,7 @@ use super::kind::{
     Figure, Labelled, Parts, coefficient_lines, keys, levels, of_one_run, of_runs_in, place_name, with_parts,
 };
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
 
 keys! {
     Stress: run;
@@ -42,8 +39,12 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let (to_mm, friction) = (length_mm(run)?, &run.plan.friction);
-        let state = |at_s: &f64| {
+        if run.plan.blocks == 1 {
+            return Err(format!("run {} has one block, and forces along a slider need several", run.name));
+        }
+        let friction = &run.plan.friction;
+        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let panel = |at_s: &f64| {
             let lacks = || format!("run {} has no fields to show at {at_s} s", run.name);
             let fields = run.states()?.near(*at_s).ok_or_else(lacks)?;
             let (load, borne_n) = loads(run, fields)?;
@@ -56,13 +57,8 @@ impl Figure for Stress {
             // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
             // sides.
             let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
-            Ok((fields, load, backwards_n > 0.5 * thresholds_n[1][0], thresholds_n))
-        };
-        let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
-        // The legend says so once.
-        let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
-        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
-        let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
+            let is_mirrored = backwards_n > 0.5 * thresholds_n[1][0];
+            let sign = if is_mirrored { "±" } else { "" };
             let mut layers = Vec::new();
             // A single level is that of both.
             for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
@@ -74,21 +70,13 @@ impl Figure for Stress {
                 layers.push(Layer::line(format!("{sign}{name} p_n"), points, dash, color));
             }
             layers.push(Layer::line("τ_n", by_mm(run, &fields.tangential_force_n), Dash::Solid, INK));
-            let panel = Panel::new(Scale::between("x (mm)", 0.0, to_mm), Scale::free(y), layers);
+            let panel = Panel::new(Scale::tight("x (mm)"), Scale::free(y), layers);
             let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
             let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
-            panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
-        });
-        Ok(Sheet::of(panels.collect()))
+            Ok(panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}")))
+        };
+        Ok(Sheet::of(self.at_s.iter().map(panel).collect::<Result<_, String>>()?))
     }
-}
-
-/// The length of a slider, mm.
-fn length_mm(run: &RunData) -> Result<f64, String> {
-    if run.plan.blocks == 1 {
-        return Err(format!("run {} has one block, and forces along a slider need several", run.name));
-    }
-    Ok(run.plan.length_m * 1e3)
 }
 
 /// The load in a state, and what each contact bears of it.
@@ -96,13 +84,6 @@ fn loads<'a>(run: &'a RunData, fields: &FieldRecord) -> Result<(&'a Load, Vec<f6
     let (loads, step) = (run.loads()?, fields.step);
     let both = load_at(loads, step).zip(run.normal_load_n(loads, fields));
     both.ok_or_else(|| format!("run {} has no step records", run.name))
-}
-
-/// A quantity along the slider by the place of each block, mm.
-fn by_mm(run: &RunData, values: &[f64]) -> Vec<(f64, f64)> {
-    let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-    let points = along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value));
-    points.filter(|(_, value)| value.is_finite()).collect()
 }
 
 keys! {
@@ -125,36 +106,34 @@ impl Figure for StressSequence {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let states = run.states()?;
-        let (mut loads, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
-        for precursor in one_by_one(run) {
+        let found = one_by_one(run).into_iter().filter_map(|precursor| {
             let is_global = precursor.blocks_slipped == run.header.blocks;
-            if precursor.blocks_slipped < self.from_blocks || is_global && !self.global_slip {
-                continue;
-            }
-            let at_onset = states.at_precursor_onset(precursor.start.onset_step);
-            let at_end = precursor.end.end_step.and_then(|end_step| states.at_precursor_end(end_step));
-            if let Some((at_onset, at_end)) = at_onset.zip(at_end) {
-                loads.push(precursor.start.ft_fn_onset);
-                before.push(profile(run, at_onset)?);
-                after.push(profile(run, at_end)?);
-            }
-        }
-        if loads.is_empty() {
+            let is_shown = precursor.blocks_slipped >= self.from_blocks && (self.global_slip || !is_global);
+            let at_onset = states.at_precursor_onset(precursor.start.onset_step)?;
+            let at_end = states.at_precursor_end(precursor.end.end_step?)?;
+            is_shown.then_some((precursor.start.ft_fn_onset, [at_onset, at_end]))
+        });
+        let found: Vec<(f64, [&FieldRecord; 2])> = found.collect();
+        if found.is_empty() {
             let precursor = format!("precursor of {} blocks or more", self.from_blocks);
             let with = "states at its onset and its end (recording.event_fields = true has them recorded)";
             return Err(format!("run {} has no {precursor} with {with}", run.name));
         }
-        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, loads.iter().copied());
+        let scale = Scale::of("F_T/F_N at the onset", false, 0.0, found.iter().map(|(load, _)| *load));
         let colours = Colours::of(scale, On::Lines);
         let end = f64::from(run.columns()) + 0.5;
-        let panels = [("before each precursor", before), ("after each precursor", after)];
-        let panels = panels.map(|(title, profiles)| {
-            let line = |(points, load): (_, &_)| Layer::line("", points, Dash::Solid, colours.nearest(*load));
-            let profiles = profiles.into_iter().zip(&loads).map(line);
+        let panel = |(n, title): (usize, &str)| {
+            let line = |(load, states): &(f64, [&FieldRecord; 2])| {
+                Ok(Layer::line("", profile(run, states[n])?, Dash::Solid, colours.nearest(*load)))
+            };
+            let mut layers = found.iter().map(line).collect::<Result<Vec<Layer>, String>>()?;
+            layers.extend(coefficient_lines(run, end));
             let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
-            Panel::new(x, y, profiles.chain(coefficient_lines(run, end)).collect()).titled(title)
-        });
-        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels.to_vec()) })
+            Ok(Panel::new(x, y, layers).titled(title))
+        };
+        let panels = [(0, "before each precursor"), (1, "after each precursor")].into_iter().map(panel);
+        let panels = panels.collect::<Result<_, String>>()?;
+        Ok(Sheet { bar: Some(colours), ..Sheet::of(panels) })
     }
 }
 
@@ -164,70 +143,6 @@ fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String
     let [tau_n, p_n] = [&state.tangential_force_n, &loads(run, state)?.1].map(|of| along(run, of));
     let ratios = tau_n.iter().zip(&p_n).zip(1..).filter(|((_, p_n), _)| **p_n != 0.0);
     Ok(ratios.map(|((tau_n, p_n), n)| (f64::from(n), tau_n / p_n)).collect())
-}
-
-keys! {
-    JunctionForces: run;
-
-    /// Instants, s; the recorded state nearest to each is shown.
-    at_s: Vec<f64>,
-    /// Whether to show as well the states after the first precursor of five blocks or more, and after the
-    /// first global slip, among slip events.
-    #[serde(default)]
-    after_slips: bool,
-}
-
-impl Figure for JunctionForces {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData { states: self.after_slips, states_near_s: self.at_s.clone(), ..RequiredData::NOTHING }
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let law = run.plan.friction.law.junctions().ok_or_else(|| {
-            format!("run {} has no junctions (accepted: friction.law = \"junctions\")", run.name)
-        })?;
-        let to_mm = length_mm(run)?;
-        let recorded = run.states()?;
-        let mut states = Vec::from_iter(self.at_s.iter().filter_map(|at_s| recorded.near(*at_s)));
-        if self.after_slips {
-            let precursors = one_by_one(run);
-            let first = |least: u32| precursors.iter().find(|precursor| precursor.blocks_slipped >= least);
-            let least = [FROM_BLOCKS, run.header.blocks].into_iter();
-            let ends = least.filter_map(|least| first(least)?.end.end_step);
-            states.extend(ends.filter_map(|step| recorded.at_precursor_end(step)));
-        }
-        // Each once, in time.
-        states.retain(|state| !state.junctions_slipping.is_empty());
-        states.sort_by_key(|state| state.step);
-        states.dedup_by_key(|state| state.step);
-        if states.is_empty() {
-            return Err(format!("run {} has no states with junctions at these instants", run.name));
-        }
-        let mut means = coefficient_lines(run, to_mm);
-        means.iter_mut().for_each(|line| line.colour = GREY);
-        let at_start = vec![(0.0, law.width), (to_mm, law.width)];
-        let mut widths = vec![Layer::line("w at the start", at_start, Dash::Dashed, GREY)];
-        for (index, state) in states.into_iter().enumerate() {
-            let along = |values: &[f64]| {
-                let pinned = state.junctions_slipping.iter().map(|slipping| (*slipping as usize) < law.count);
-                let places = (0..).map(|n| f64::from(n) * run.plan.spacing_m * 1e3);
-                let shown = values.iter().zip(pinned).map(|(value, is)| if is { *value } else { f64::NAN });
-                places.zip(shown).collect()
-            };
-            let label = format!("t = {:.4} s", state.time_s);
-            // Lines across, for the coefficients, are grey as the pen 3 is.
-            let pen = Pen::nth([0, 1, 2, 4][index % 4], &label);
-            means.push(pen.line(along(&state.pinned_mean_ratio)));
-            widths.push(pen.unlabelled().line(along(&state.pinned_width_ratio)));
-        }
-        let panel = |x: &str, y: &str, series: Vec<Layer>| {
-            Panel::new(Scale::between(x, 0.0, to_mm), Scale::free(y), series)
-        };
-        let upper = panel("", "mean force/(p_n/N_s)", means);
-        Ok(Sheet::stacked(upper, panel("x (mm)", "width", widths)))
-    }
 }
 
 keys! {
@@ -322,7 +237,8 @@ mod tests {
         run.run.plan.friction.static_coefficients[1] = 1e6;
         let panel = figure.part(&run).unwrap().panels.remove(0);
         let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
-        assert_eq!((heights(0), heights(1)), (vec![70.0, 70.0], vec![45.0, 90.0, 45.0]));
+        // With a gap.
+        assert!(heights(0)[1].is_nan() && heights(0)[2] == 70.0 && heights(1) == [45.0, 90.0, 45.0]);
     }
 }
 
@@ -370,60 +286,6 @@ mod tests_of_sequences {
         assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
         let refused = figure("from_blocks = 3").part(&run).unwrap_err();
         assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
-    }
-}
-
-#[cfg(test)]
-mod tests_of_junctions {
-    use super::{Figure, JunctionForces};
-    use asperity_numbers::run_data::RunData;
-    use asperity_record::FieldRecord;
-    use asperity_testkit::made_up::{self, EVENTS};
-
-    const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
-
-    fn panels(figure: &JunctionForces, run: &RunData) -> Result<Vec<super::Panel>, String> {
-        Ok(figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?.panels)
-    }
-
-    #[test]
-    fn each_instant_has_a_line_with_gaps_where_no_junction_is_pinned() {
-        let mut run = made_up::run(LAW, &EVENTS);
-        let state = |step: u64, slipping: u32| FieldRecord {
-            step,
-            time_s: run.plan.grid.time_s(step),
-            junctions_slipping: vec![0, slipping, 3],
-            pinned_mean_ratio: vec![0.1, 0.2, 0.3],
-            pinned_width_ratio: vec![0.05, 0.06, step as f64],
-            ..FieldRecord::default()
-        };
-        let states = [state(0, 0), state(510, 100), state(700, 7)];
-        let figure: JunctionForces =
-            toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0, 1.0, 2.0]\nafter_slips = true").unwrap();
-        run.kept = figure.required_data();
-        made_up::with_states(&mut run, &states);
-        // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.
-        let panels = panels(&figure, &run).unwrap();
-        let [upper, lower] = &panels[..] else { panic!("two panels") };
-        let labels: Vec<&str> = upper.layers.iter().map(|series| series.label.as_str()).collect();
-        assert_eq!(labels, ["μ_s", "μ_d", "t = 0.0000 s", "t = 0.0001 s", "t = 0.0001 s"]);
-        assert_eq!(upper.layers[2].points(), [(0.0, 0.1), (50.0, 0.2), (100.0, 0.3)]);
-        assert!(upper.layers[3].points()[1].1.is_nan() && upper.layers[3].points()[2].1 == 0.3);
-        assert_eq!((lower.layers[0].points()[0].1, lower.layers[3].points()[2].1), (0.05, 700.0));
-    }
-
-    #[test]
-    fn runs_without_junctions_or_states_of_them_are_refused() {
-        let figure: JunctionForces = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
-        for (toml, why) in [
-            ("", "run test has no junctions (accepted: friction.law = \"junctions\")"),
-            (LAW, "run test has no states with junctions at these instants"),
-        ] {
-            assert_eq!(panels(&figure, &made_up::run(toml, &EVENTS)).unwrap_err(), why);
-        }
-        let mut one = made_up::run(LAW, &[]);
-        one.run.plan.blocks = 1;
-        assert!(panels(&figure, &one).unwrap_err().starts_with("run test has one block"));
     }
 }
 

@@ -1,13 +1,14 @@
 //! Legends: in a corner of their panel where they hide nothing, else below all panels, once for all.
 
 use plotters::prelude::RGBColor;
+use plotters_backend::text_anchor::HPos;
 
 use super::chart::Frame;
 use super::ink::LINE_WIDTH;
 use super::lines::within;
 use super::print::page::{Page, Paint, Point, Role, Segment, around, bounds, circle};
 use super::sheet::{Dash, INK, Layer, Marker, Panel, Shape};
-use super::text::{self, Align, Label, TICK_TEXT};
+use super::text::{self, Label, TICK_TEXT};
 
 const ROW: f64 = 60.0;
 const SAMPLE: f64 = 110.0;
@@ -87,7 +88,7 @@ impl Row {
             }
         }
         let label =
-            Label { size: TICK_TEXT, align: Align::Left, role: Role::Legend, ..Label::of(&self.label) };
+            Label { size: TICK_TEXT, align: HPos::Left, role: Role::Legend, ..Label::of(&self.label) };
         text::put(page, label.at_most(longest - self.indent()), (left + self.indent(), y));
     }
 }

@@ -6,25 +6,15 @@
 
 use std::sync::LazyLock;
 
-use plotters::prelude::{BLACK, RGBColor};
+use plotters::style::{BLACK, Color, RGBColor};
+use plotters_backend::text_anchor::HPos;
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::print::page::{Colour, Item, Page, Paint, Point, Role, Segment, bounds, mapped};
+use super::print::page::{Item, Page, Paint, Point, Role, Segment, bounds, mapped};
 
 static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(include_bytes!("../../fonts/DejaVuSans.ttf"), 0).expect("the embedded font is a font")
 });
-
-/// Where a label stands relative to its position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Align {
-    /// Begins there.
-    Left,
-    /// Its middle is there.
-    Center,
-    /// Ends there.
-    Right,
-}
 
 /// Size of subscripts and superscripts relative to the text.
 const SCRIPT_SIZE: f64 = 0.7;
@@ -66,11 +56,12 @@ impl Script {
 }
 
 /// A label to be drawn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Label<'a> {
     pub(super) text: &'a str,
     pub(super) size: f64,
-    pub(super) align: Align,
+    /// Which part of it is at its position.
+    pub(super) align: HPos,
     /// Turned to read from bottom to top.
     pub(super) upward: bool,
     pub(super) colour: RGBColor,
@@ -80,7 +71,7 @@ pub(super) struct Label<'a> {
 impl<'a> Label<'a> {
     /// Words in black from left to right, about their position.
     pub(super) fn of(text: &'a str) -> Label<'a> {
-        let (size, align) = (LABEL_TEXT, Align::Center);
+        let (size, align) = (LABEL_TEXT, HPos::Center);
         Label { text, size, align, upward: false, colour: BLACK, role: Role::Label }
     }
 
@@ -96,10 +87,10 @@ pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
     let (path, width) = outlines(label.text, label.size);
     let Some(((left, top), (right, bottom))) = bounds(&path) else { return };
     let along = match (label.align, label.role) {
-        (Align::Left, _) => 0.0,
-        (Align::Center, Role::NumberAcross) => -(left + right) / 2.0,
-        (Align::Center, _) => -width / 2.0,
-        (Align::Right, _) => -right,
+        (HPos::Left, _) => 0.0,
+        (HPos::Center, Role::NumberAcross) => -(left + right) / 2.0,
+        (HPos::Center, _) => -width / 2.0,
+        (HPos::Right, _) => -right,
     };
     let down = match label.role {
         Role::NumberUpwards => -(top + bottom) / 2.0,
@@ -110,8 +101,7 @@ pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
         if label.upward { (x + py, y - px) } else { (x + px, y + py) }
     };
     let path = mapped(path, place);
-    let RGBColor(r, g, b) = label.colour;
-    let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
+    let paint = Paint::Fill(label.colour.to_rgba());
     page.add(Item { role: label.role, text: plain(label.text), path, paint });
 }
 

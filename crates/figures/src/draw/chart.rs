@@ -93,7 +93,7 @@ impl Frame {
     }
 
     /// The places of its corners.
-    fn corners(&self) -> [Point; 4] {
+    pub(super) fn corners(&self) -> [Point; 4] {
         let Frame { left, top, right, bottom } = *self;
         [(left, top), (right, top), (right, bottom), (left, bottom)]
     }
@@ -224,36 +224,29 @@ impl Sheet {
             _ => NO_TITLE,
         };
         let width = width - self.bar.as_ref().map_or(0.0, |bar| BESIDE_PANELS + BAR + bar.room());
+        // From one panel to the next, and what the last pixels of that are not its frame.
+        let is_close = matches!(self.layout, Layout::Close(_));
+        let (all, behind) = match is_close {
+            true => (width - left - RIGHT + CLOSE[0], CLOSE[0] - left),
+            false => (width, RIGHT),
+        };
+        let cell = all / columns as f64;
+        let place = |column: usize| (column as f64 * cell + left, (column + 1) as f64 * cell - behind);
         let (mut frames, mut top) = (Vec::new(), title);
         for row in 0..rows {
             let of_row = &panels[row * columns..panels.len().min((row + 1) * columns)];
-            let below =
-                if of_row.iter().all(|panel| panel.x.label().is_empty()) { NUMBERS } else { NUMBERS + LABEL };
-            let place = |column: usize| match self.layout {
-                Layout::Close(_) => {
-                    let between = CLOSE[0] * (columns - 1) as f64;
-                    let wide = (width - left - RIGHT - between) / columns as f64;
-                    let from = left + column as f64 * (wide + CLOSE[0]);
-                    (from, from + wide)
-                }
-                _ => {
-                    let cell = width / columns as f64;
-                    (column as f64 * cell + left, (column + 1) as f64 * cell - RIGHT)
-                }
+            let below = match of_row.iter().all(|panel| panel.x.label().is_empty()) {
+                _ if is_close && row + 1 < rows => CLOSE[1],
+                true => NUMBERS,
+                false => NUMBERS + LABEL,
             };
             let natural = match (&self.layout, columns) {
-                (Layout::Close(shape), _) => {
-                    let (from, to) = place(0);
-                    let below = if row + 1 == rows { below } else { CLOSE[1] };
-                    above(row) + shape * (to - from) + below
-                }
+                (Layout::Close(shape), _) => above(row) + shape * (place(0).1 - place(0).0) + below,
                 (Layout::Stacked, _) => STACKED[row] * shorter,
                 (_, 1) => TALL * shorter,
                 _ => LOW * shorter,
             };
             let tall = height.map_or(natural, |height| (height - title) / rows as f64);
-            let below =
-                if matches!(self.layout, Layout::Close(_)) && row + 1 < rows { CLOSE[1] } else { below };
             frames.extend((0..of_row.len()).map(|column| {
                 let (left, right) = place(column);
                 // On half pixels, so that lines of an odd width are sharp.

@@ -5,18 +5,19 @@ use plotters::coord::cartesian::Cartesian2d;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::IntoDrawingArea;
 use plotters::style::{BLACK, Color, FontDesc, FontFamily, FontStyle, RGBColor, TextStyle};
+use plotters_backend::text_anchor::HPos;
 
 use super::axis::Axis;
 use super::colours::Colours;
 use super::ink::{FRAME_WIDTH, LINE_WIDTH};
 use super::legend::Legend;
 use super::lines::{clipped, thinned};
-use super::print::canvas::{Canvas, Element, UNIT, units};
-use super::print::page::{self, PER_INCH, Page, Point, Role, around, circle};
-use super::print::raster::{Pixel, Raster, Rgb};
+use super::print::canvas::{Canvas, UNIT, place, units};
+use super::print::page::{Item, PER_INCH, Page, Paint, Point, Role, around, circle};
+use super::print::raster::{Cell, Raster};
 use super::scale::{Scale, Tick};
 use super::sheet::{Dash, GREY, INK, Layer, Layout, Panel, Shape, Sheet};
-use super::text::{self, Align, Label, TICK_TEXT};
+use super::text::{self, Label, TICK_TEXT};
 
 /// Pixels across of a sheet with one column of panels, with two, and with three: 6 inches, and pages of two columns,
 /// on which letters keep their size.
@@ -91,8 +92,10 @@ impl Frame {
         self.bottom - self.top
     }
 
-    fn within(&self, (x, y): Point) -> Point {
-        (x.clamp(self.left, self.right), y.clamp(self.top, self.bottom))
+    /// The places of its corners.
+    pub(super) fn corners(&self) -> [Point; 4] {
+        let Frame { left, top, right, bottom } = *self;
+        [(left, top), (right, top), (right, bottom), (left, bottom)]
     }
 }
 
@@ -113,7 +116,7 @@ impl Sheet {
             let (left, y) = (LABEL + EDGE, f64::from(page.height) + FOOT / 3.0);
             let label = Label {
                 size: FOOT_TEXT,
-                align: Align::Left,
+                align: HPos::Left,
                 colour: FOOT_GREY,
                 role: Role::Foot,
                 ..Label::of(text)
@@ -157,7 +160,7 @@ impl Sheet {
             if panels.len() > 1 {
                 let letter = char::from(b'a' + (n % 26) as u8).to_string();
                 let at = (frame.left - if has_numbers[1] { left - EDGE } else { 0.0 }, frame.top - LETTER);
-                text::put(&mut page, Label { align: Align::Left, ..Label::of(&letter) }, at);
+                text::put(&mut page, Label { align: HPos::Left, ..Label::of(&letter) }, at);
             }
         }
         let last = &frames[columns.min(frames.len()) - 1];
@@ -221,36 +224,29 @@ impl Sheet {
             _ => NO_TITLE,
         };
         let width = width - self.bar.as_ref().map_or(0.0, |bar| BESIDE_PANELS + BAR + bar.room());
+        // From one panel to the next, and what the last pixels of that are not its frame.
+        let is_close = matches!(self.layout, Layout::Close(_));
+        let (all, behind) = match is_close {
+            true => (width - left - RIGHT + CLOSE[0], CLOSE[0] - left),
+            false => (width, RIGHT),
+        };
+        let cell = all / columns as f64;
+        let place = |column: usize| (column as f64 * cell + left, (column + 1) as f64 * cell - behind);
         let (mut frames, mut top) = (Vec::new(), title);
         for row in 0..rows {
             let of_row = &panels[row * columns..panels.len().min((row + 1) * columns)];
-            let below =
-                if of_row.iter().all(|panel| panel.x.label().is_empty()) { NUMBERS } else { NUMBERS + LABEL };
-            let place = |column: usize| match self.layout {
-                Layout::Close(_) => {
-                    let between = CLOSE[0] * (columns - 1) as f64;
-                    let wide = (width - left - RIGHT - between) / columns as f64;
-                    let from = left + column as f64 * (wide + CLOSE[0]);
-                    (from, from + wide)
-                }
-                _ => {
-                    let cell = width / columns as f64;
-                    (column as f64 * cell + left, (column + 1) as f64 * cell - RIGHT)
-                }
+            let below = match of_row.iter().all(|panel| panel.x.label().is_empty()) {
+                _ if is_close && row + 1 < rows => CLOSE[1],
+                true => NUMBERS,
+                false => NUMBERS + LABEL,
             };
             let natural = match (&self.layout, columns) {
-                (Layout::Close(shape), _) => {
-                    let (from, to) = place(0);
-                    let below = if row + 1 == rows { below } else { CLOSE[1] };
-                    above(row) + shape * (to - from) + below
-                }
+                (Layout::Close(shape), _) => above(row) + shape * (place(0).1 - place(0).0) + below,
                 (Layout::Stacked, _) => STACKED[row] * shorter,
                 (_, 1) => TALL * shorter,
                 _ => LOW * shorter,
             };
             let tall = height.map_or(natural, |height| (height - title) / rows as f64);
-            let below =
-                if matches!(self.layout, Layout::Close(_)) && row + 1 < rows { CLOSE[1] } else { below };
             frames.extend((0..of_row.len()).map(|column| {
                 let (left, right) = place(column);
                 // On half pixels, so that lines of an odd width are sharp.
@@ -298,7 +294,7 @@ impl Sheet {
             for (words, left) in [(of, left), (number, left + width * 9.0 / 40.0)] {
                 text::put(
                     &mut page,
-                    Label { size: TICK_TEXT, align: Align::Left, ..Label::of(words) },
+                    Label { size: TICK_TEXT, align: HPos::Left, ..Label::of(words) },
                     (left, y),
                 );
             }
@@ -356,26 +352,19 @@ fn axes(chart: &mut Chart<'_, '_>, frame: &Frame, [x, y]: [&str; 2]) -> Result<(
     Ok(())
 }
 
-/// Draws what stands at these points of a chart.
-fn add(
-    chart: &Chart<'_, '_>,
-    points: &[(f64, f64)],
-    draw: impl Fn(&[Point], &mut Page),
-) -> Result<(), String> {
-    chart.plotting_area().draw(&Element(points, draw)).map_err(failed)
-}
-
 impl Page {
     fn frame(&mut self, frame: &Frame) {
-        let Frame { left, top, right, bottom } = *frame;
-        let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-        self.line(Role::Frame, &corners, Dash::Solid, INK, FRAME_WIDTH);
+        let [a, b, c, d] = frame.corners();
+        self.line(Role::Frame, &[a, b, c, d, a], Dash::Solid, INK, FRAME_WIDTH);
     }
 
-    /// Draws cells as one picture, each by its upper left corner and its lower right one.
-    fn raster(&mut self, cells: &[(Pixel, Pixel, Rgb)]) {
+    /// Draws cells as one picture.
+    fn raster(&mut self, cells: &[Cell]) {
         if let Some(raster) = Raster::of(cells) {
-            self.add(page::Item::of_raster(Role::Data, raster));
+            let ((left, top), (width, height)) = (raster.corner(), raster.size());
+            let (right, bottom) = (left + f64::from(width), top + f64::from(height));
+            let path = around(&Frame { left, top, right, bottom }.corners());
+            self.add(Item::new(Role::Data, path, Paint::Raster(raster)));
         }
     }
 }
@@ -391,7 +380,7 @@ impl Colours {
         let (top, bottom) = (frame.top as i32, frame.bottom as i32);
         let row = |y: i32| {
             let colour = self.at(f64::from(bottom - 1 - y) / f64::from(bottom - top));
-            ((frame.left as i32, y), (frame.right as i32, y + 1), colour.rgb())
+            ((frame.left as i32, y), (frame.right as i32, y + 1), colour)
         };
         page.raster(&(top..bottom).map(row).collect::<Vec<_>>());
         page.frame(frame);
@@ -459,15 +448,16 @@ impl Panel {
             (true, true) => NUMBERS,
             (true, false) => NUMBERS + LABEL,
         };
-        {
-            let mut chart = chart(page, frame, [left, 0.0, below], x, y)?;
-            let is_behind = |layer: &&Layer| matches!(layer.shape, Shape::Cells(_));
-            let behind = self.layers.iter().filter(is_behind);
-            for layer in behind.chain(self.layers.iter().filter(|layer| !is_behind(layer))) {
-                self.layer(&chart, frame, layer)?;
-            }
-            axes(&mut chart, frame, [&labels[0], &labels[1]])?;
+        let mut in_front = Page::new(page.width, page.height);
+        let mut chart = chart(&mut in_front, frame, [left, 0.0, below], x, y)?;
+        let (behind, before): (Vec<&Layer>, Vec<&Layer>) =
+            self.layers.iter().partition(|layer| matches!(layer.shape, Shape::Cells(_)));
+        for layer in behind.into_iter().chain(before) {
+            self.layer(page, &|point| place(chart.backend_coord(point)), frame, layer);
         }
+        axes(&mut chart, frame, [&labels[0], &labels[1]])?;
+        drop(chart);
+        page.items.append(&mut in_front.items);
         page.frame(frame);
         let longest = frame.width() + 2.0 * RIGHT;
         text::put(page, Label::of(&self.title).at_most(longest), (frame.middle(), frame.top - TITLE / 2.0));
@@ -483,109 +473,82 @@ impl Panel {
         self.x.share(*x).is_some() && self.y.share(*y).is_some()
     }
 
-    /// Draws a layer.
-    fn layer(&self, chart: &Chart<'_, '_>, frame: &Frame, layer: &Layer) -> Result<(), String> {
+    /// Draws a layer; `at` is where a point of the axes is on the page.
+    fn layer(&self, page: &mut Page, at: &dyn Fn(&(f64, f64)) -> Point, frame: &Frame, layer: &Layer) {
         let colour = layer.colour;
         let (low, high) = ((frame.left, frame.top), (frame.right, frame.bottom));
         let has_place = |(x, y): &(f64, f64)| self.x.way(*x).is_finite() && self.y.way(*y).is_finite();
+        let inside = |points: &[(f64, f64)]| -> Vec<Point> {
+            points.iter().filter(|point| self.is_inside(point)).map(at).collect()
+        };
         match &layer.shape {
             Shape::Line(points, dash) => {
                 for stretch in points.split(|point| !has_place(point)) {
-                    add(chart, stretch, |places, page| {
-                        for path in clipped(&thinned(places), low, high) {
-                            page.line(Role::Data, &path, *dash, colour, LINE_WIDTH);
-                        }
-                    })?;
+                    let places: Vec<Point> = stretch.iter().map(at).collect();
+                    for path in clipped(&thinned(&places), low, high) {
+                        page.line(Role::Data, &path, *dash, colour, LINE_WIDTH);
+                    }
                 }
             }
             Shape::Marks(points, marker) => {
-                let inside: Vec<_> = points.iter().filter(|point| self.is_inside(point)).copied().collect();
-                add(chart, &inside, |places, page| {
-                    places.iter().for_each(|place| page.mark(Role::Data, *place, *marker, colour));
-                })?;
+                inside(points).into_iter().for_each(|place| page.mark(Role::Data, place, *marker, colour));
             }
             Shape::Discs(points, radius) => {
-                let inside: Vec<_> = points.iter().filter(|point| self.is_inside(point)).copied().collect();
-                add(chart, &inside, |places, page| {
-                    let mut discs = Vec::new();
-                    let mut last = (f64::NAN, f64::NAN);
-                    for &(x, y) in places {
-                        // What would lie upon the last one is not seen.
-                        if (x - last.0).abs() >= 0.5 || (y - last.1).abs() >= 0.5 || last.0.is_nan() {
-                            last = (x, y);
-                            discs.extend(circle(last, *radius));
-                        }
+                let mut discs = Vec::new();
+                let mut last = (f64::INFINITY, f64::INFINITY);
+                for (x, y) in inside(points) {
+                    // What would lie upon the last one is not seen.
+                    if (x - last.0).abs() >= 0.5 || (y - last.1).abs() >= 0.5 {
+                        last = (x, y);
+                        discs.extend(circle(last, *radius));
                     }
-                    page.fill(Role::Data, discs, colour, 1.0);
-                })?;
+                }
+                page.fill(Role::Data, discs, colour, 1.0);
             }
             Shape::Stems(points) => {
                 let foot = self.y.ends().0.max(0.0);
                 for point in points.iter().filter(|point| self.is_inside(point)) {
-                    add(chart, &[(point.0, foot), *point], |stem, page| {
-                        page.line(Role::Data, stem, Dash::Solid, colour, LINE_WIDTH / 2.0);
-                    })?;
+                    let stem = [at(&(point.0, foot)), at(point)];
+                    page.line(Role::Data, &stem, Dash::Solid, colour, LINE_WIDTH / 2.0);
                 }
             }
             Shape::Surface(outline, strength) => {
-                let outline: Vec<_> = outline.iter().filter(|point| has_place(point)).copied().collect();
-                add(chart, &outline, |places, page| {
-                    // Surfaces meet without a seam where their corners are pixels.
-                    let inside =
-                        places.iter().map(|place| frame.within(*place)).map(|(x, y)| (x.round(), y.round()));
-                    page.fill(Role::Data, around(&inside.collect::<Vec<_>>()), colour, *strength);
-                })?;
+                // Surfaces meet without a seam where their corners are pixels.
+                let corner = |(x, y): Point| (x.clamp(low.0, high.0).round(), y.clamp(low.1, high.1).round());
+                let corners = outline.iter().filter(|point| has_place(point)).map(at).map(corner);
+                page.fill(Role::Data, around(&corners.collect::<Vec<_>>()), colour, *strength);
             }
             Shape::Cells(cells) => {
-                let shown: Vec<_> =
-                    cells.iter().filter(|(corners, _)| corners.iter().all(|at| self.is_inside(at))).collect();
-                let corners: Vec<(f64, f64)> = shown.iter().flat_map(|(corners, _)| *corners).collect();
-                add(chart, &corners, |places, page| {
-                    let pixel = |(x, y): Point| (x.round() as i32, y.round() as i32);
-                    let cells = places.chunks_exact(2).zip(&shown).map(|(ends, (_, colour))| {
-                        let ((left, bottom), (right, top)) = (pixel(ends[0]), pixel(ends[1]));
-                        // With a pixel more at the right and below, the shortest slips are seen on a smaller page.
-                        ((left, top), (right + 1, bottom + 1), colour.rgb())
+                let shown = cells.iter().filter(|(corners, _)| corners.iter().all(|at| self.is_inside(at)));
+                let cells = shown.map(|(corners, colour)| {
+                    let [(left, bottom), (right, top)] = corners.each_ref().map(|corner| {
+                        let (x, y) = at(corner);
+                        (x.round() as i32, y.round() as i32)
                     });
-                    page.raster(&cells.collect::<Vec<_>>());
-                })?;
+                    // With a pixel more at the right and below, the shortest slips are seen on a smaller page.
+                    ((left, top), (right + 1, bottom + 1), *colour)
+                });
+                page.raster(&cells.collect::<Vec<_>>());
             }
             Shape::Contours(lines) => {
-                let inside = |line: &Vec<(f64, f64)>| {
-                    line.iter().filter(|point| self.is_inside(point)).copied().collect()
-                };
-                let lines: Vec<Vec<(f64, f64)>> = lines.iter().map(inside).collect();
-                add(chart, &lines.concat(), |places, page| {
-                    let mut rest = places;
-                    let of_lines = lines.iter().map(|line| {
-                        let (places, after) = rest.split_at(line.len());
-                        rest = after;
-                        places.to_vec()
-                    });
-                    page.contours(&of_lines.collect::<Vec<_>>());
-                })?;
+                page.contours(&lines.iter().map(|line| inside(line)).collect::<Vec<_>>());
             }
             Shape::Arrows(arrows) => {
-                for arrow in arrows.iter().filter(|ends| ends.iter().all(|end| self.is_inside(end))) {
-                    add(chart, arrow, |ends, page| page.arrow(ends[0], ends[1]))?;
+                for [from, to] in arrows.iter().filter(|ends| ends.iter().all(|end| self.is_inside(end))) {
+                    page.arrow(at(from), at(to));
                 }
             }
-            Shape::Words(at, words) if self.is_inside(at) => {
-                let levels: Vec<(f64, f64)> =
-                    self.layers.iter().filter_map(level).filter(|at| self.is_inside(at)).collect();
-                let points: Vec<(f64, f64)> = std::iter::once(*at).chain(levels).collect();
-                let label = Label { size: SMALL_TEXT, upward: true, align: Align::Left, ..Label::of(words) };
+            Shape::Words(point, words) if self.is_inside(point) => {
+                let levels: Vec<(f64, f64)> = self.layers.iter().filter_map(level).collect();
+                let levels: Vec<f64> = inside(&levels).into_iter().map(|place| place.1).collect();
+                let label = Label { size: SMALL_TEXT, upward: true, align: HPos::Left, ..Label::of(words) };
                 let length = text::label_width(words, SMALL_TEXT);
-                add(chart, &points, |places, page| {
-                    let levels: Vec<f64> = places[1..].iter().map(|place| place.1).collect();
-                    if let Some(at) = clear_of(&levels, frame, places[0], length) {
-                        text::put(page, label, at);
-                    }
-                })?;
+                if let Some(place) = clear_of(&levels, frame, at(point), length) {
+                    text::put(page, label, place);
+                }
             }
             Shape::Words(..) | Shape::Remark => {}
         }
-        Ok(())
     }
 }
 

@@ -68,7 +68,7 @@ impl Colours {
 
     /// That of a number, or of the end of the scale that is next to it.
     pub(crate) fn nearest(&self, value: f64) -> RGBColor {
-        self.at(self.scale.nearest_share(value))
+        self.at(self.scale.way(value))
     }
 
     /// That of a number; none if it is not on the scale.
@@ -76,8 +76,9 @@ impl Colours {
         self.scale.share(value).map(|share| self.at(share))
     }
 
-    /// That at a share of the scale.
+    /// That at a share of the scale, or at the end that is next to it.
     pub(crate) fn at(&self, share: f64) -> RGBColor {
+        let share = share.clamp(0.0, 1.0);
         match (self.diverges, self.on) {
             (false, On::Surfaces) => mixed(&VIRIDIS, share),
             (false, On::Lines) => mixed(&VIRIDIS, LINES * share),

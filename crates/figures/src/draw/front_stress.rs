@@ -84,7 +84,7 @@ impl Figure for FrontStress {
         let Some((_, first)) = all.first() else { return Err("no run is named".to_owned()) };
         let friction = || first.levels.iter().map(|(level, ..)| *level);
         let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(friction()));
-        let (from, to) = x.about(0.0);
+        let (from, to) = x.ends();
         let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
         let level = |label: String, at: f64, dash| Layer::line(label, vec![(from, at), (to, at)], dash, GREY);
         let mut layers = vec![level(format!("{name} = {:.0} m/s", first.wave_m_per_s), 1.0, Dash::Dashed)];

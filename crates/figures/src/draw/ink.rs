@@ -1,8 +1,8 @@
 //! Lines, marks and surfaces on a page.
 
-use plotters::prelude::{RGBColor, WHITE};
+use plotters::style::{Color, RGBColor, WHITE};
 
-use super::print::page::{Colour, Item, Page, Paint, Point, Role, Segment, around, circle, through};
+use super::print::page::{Item, Page, Paint, Point, Role, Segment, around, circle, through};
 use super::sheet::{Dash, INK, Marker};
 
 pub(super) const LINE_WIDTH: f64 = 4.0;
@@ -17,10 +17,6 @@ const ARROW_HEAD: f64 = 17.0;
 const SHORTEST_ARROW: f64 = 3.0;
 
 impl Page {
-    fn paint(&mut self, role: Role, path: Vec<Segment>, paint: Paint) {
-        self.add(Item { role, text: String::new(), path, paint });
-    }
-
     /// Draws a line through places.
     pub(super) fn line(&mut self, role: Role, path: &[Point], dash: Dash, color: RGBColor, width: f64) {
         let dashes = match dash {
@@ -30,12 +26,13 @@ impl Page {
             Dash::DotDashed => vec![40.0, 12.0, 6.0, 12.0],
             Dash::LongDashed => vec![60.0, 16.0],
         };
-        self.paint(role, through(path), Paint::Stroke { colour: full(color), width, dashes });
+        let paint = Paint::Stroke { colour: color.to_rgba(), width, dashes };
+        self.add(Item::new(role, through(path), paint));
     }
 
     /// Fills an outline with so much of a colour, from 0 to 1.
     pub(super) fn fill(&mut self, role: Role, path: Vec<Segment>, color: RGBColor, strength: f64) {
-        self.paint(role, path, Paint::Fill(Colour { strength, ..full(color) }));
+        self.add(Item::new(role, path, Paint::Fill(color.mix(strength))));
     }
 
     /// Draws a hollow mark about a place.
@@ -60,11 +57,8 @@ impl Page {
         if marker != Marker::Cross {
             self.fill(role, outline.clone(), WHITE, 1.0);
         }
-        self.paint(
-            role,
-            outline,
-            Paint::Stroke { colour: full(color), width: LINE_WIDTH, dashes: Vec::new() },
-        );
+        let paint = Paint::Stroke { colour: color.to_rgba(), width: LINE_WIDTH, dashes: Vec::new() };
+        self.add(Item::new(role, outline, paint));
     }
 
     /// Draws lines with white edges, all edges below all lines, so that none crosses another line.
@@ -97,8 +91,4 @@ impl Page {
             self.fill(Role::Data, around(&[at(tip, 0.0), at(foot, half), at(foot, -half)]), color, 1.0);
         }
     }
-}
-
-fn full(RGBColor(r, g, b): RGBColor) -> Colour {
-    Colour { rgb: (r, g, b), strength: 1.0 }
 }

@@ -1,13 +1,14 @@
 //! Legends: in a corner of their panel where they hide nothing, else below all panels, once for all.
 
 use plotters::prelude::RGBColor;
+use plotters_backend::text_anchor::HPos;
 
 use super::chart::Frame;
 use super::ink::LINE_WIDTH;
 use super::lines::within;
 use super::print::page::{Page, Paint, Point, Role, Segment, around, bounds, circle};
 use super::sheet::{Dash, INK, Layer, Marker, Panel, Shape};
-use super::text::{self, Align, Label, TICK_TEXT};
+use super::text::{self, Label, TICK_TEXT};
 
 const ROW: f64 = 60.0;
 const SAMPLE: f64 = 110.0;
@@ -68,26 +69,24 @@ impl Row {
     fn draw(&self, page: &mut Page, (left, y): Point, longest: f64) {
         let to = left + self.indent() - PAD;
         let middle = ((left + to) / 2.0, y);
-        let square = || {
-            let (low, high) = ((middle.0 - SAMPLE / 4.0, y - 22.0), (middle.0 + SAMPLE / 4.0, y + 22.0));
-            [low, (high.0, low.1), high, (low.0, high.1)]
-        };
+        let (left_side, right_side) = (middle.0 - SAMPLE / 4.0, middle.0 + SAMPLE / 4.0);
+        let square = Frame { left: left_side, top: y - 22.0, right: right_side, bottom: y + 22.0 };
         for (sample, colour) in &self.samples {
             let role = Role::Sample;
             match sample {
                 Sample::Line(dash, width) => page.line(role, &[(left, y), (to, y)], *dash, *colour, *width),
                 Sample::Mark(marker) => page.mark(role, middle, *marker, *colour),
                 Sample::Disc => page.fill(role, circle(middle, 8.0), *colour, 1.0),
-                Sample::Surface(strength) => page.fill(role, around(&square()), *colour, *strength),
+                Sample::Surface(strength) => page.fill(role, around(&square.corners()), *colour, *strength),
                 Sample::Cell => {
-                    page.fill(role, around(&square()), *colour, 1.0);
-                    let [a, b, c, d] = square();
+                    page.fill(role, around(&square.corners()), *colour, 1.0);
+                    let [a, b, c, d] = square.corners();
                     page.line(role, &[a, b, c, d, a], Dash::Solid, INK, 1.0);
                 }
             }
         }
         let label =
-            Label { size: TICK_TEXT, align: Align::Left, role: Role::Legend, ..Label::of(&self.label) };
+            Label { size: TICK_TEXT, align: HPos::Left, role: Role::Legend, ..Label::of(&self.label) };
         text::put(page, label.at_most(longest - self.indent()), (left + self.indent(), y));
     }
 }
@@ -96,11 +95,10 @@ impl Row {
 fn rows(panel: &Panel) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for layer in panel.layers.iter().filter(|layer| !layer.label.is_empty()) {
-        let known = rows.iter().position(|row| row.label == layer.label);
-        let at = known.unwrap_or(rows.len());
-        if known.is_none() {
+        let at = rows.iter().position(|row| row.label == layer.label).unwrap_or_else(|| {
             rows.push(Row { label: layer.label.clone(), samples: Vec::new() });
-        }
+            rows.len() - 1
+        });
         let samples = &mut rows[at].samples;
         samples.extend(Sample::of(layer).filter(|sample| !samples.contains(sample)));
         samples.sort_by_key(|(sample, _)| !matches!(sample, Sample::Line(..)));

@@ -51,6 +51,9 @@ fn ascending(from: f64, to: f64) -> Option<(f64, f64)> {
     Some((ends().reduce(f64::min)?, ends().reduce(f64::max)?))
 }
 
+/// Ends that hold no value.
+const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
 /// What a free axis leaves empty beyond its values, over their range.
 const ROOM: f64 = 0.06;
 
@@ -89,7 +92,7 @@ impl Scale {
     ) -> Scale {
         let whole = !log && values.clone().all(|value| value.fract() == 0.0);
         let scale = Scale { log, whole, ..Scale::between(label, 0.0, 1.0) };
-        let tight = scale.reach(values, (f64::INFINITY, f64::NEG_INFINITY));
+        let tight = scale.reach(values, NOTHING);
         let scale = scale.with_places(tight);
         let space = margin * (scale.to - scale.from);
         let ends = (scale.from - space, scale.to + space);
@@ -138,7 +141,7 @@ impl Scale {
     pub(crate) fn fitted(&self, values: impl Iterator<Item = f64> + Clone) -> Scale {
         let Some(room) = self.room else { return self.clone() };
         let whole = self.whole || values.clone().all(|value| value.fract() == 0.0);
-        let (low, high) = self.reach(values, (f64::INFINITY, f64::NEG_INFINITY));
+        let (low, high) = self.reach(values, NOTHING);
         // Nothing, or zero alone, is shown from 0 to 1.
         if low > high || (!self.log && low == 0.0 && high == 0.0) {
             return self.clone();
@@ -161,6 +164,11 @@ impl Scale {
     /// Where a value stands, in the unit of the ends; no number where it has no place.
     fn place(&self, value: f64) -> f64 {
         if self.log { value.log10() } else { value }
+    }
+
+    /// The value that stands at a place.
+    fn value(&self, place: f64) -> f64 {
+        if self.log { 10f64.powf(place) } else { place }
     }
 
     /// A scale of words, one after the other.
@@ -188,17 +196,12 @@ impl Scale {
 
     /// A logarithmic scale with these values as its ends.
     pub(crate) fn powers_between(label: &str, from: f64, to: f64) -> Scale {
-        Scale::logarithms(label, from.log10(), to.log10())
+        Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.reaching(from, to)
     }
 
     /// A scale for counts up to the largest.
     pub(crate) fn counts(label: &str, largest: f64) -> Scale {
         Scale::between(label, 0.0, largest.max(1.0) * 1.08).in_whole_numbers(true)
-    }
-
-    /// A logarithmic scale with these powers of ten as its ends.
-    pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
-        Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.with_places((from, to))
     }
 
     /// A scale with these ends, given as its values.
@@ -233,11 +236,6 @@ impl Scale {
         (self.place(value) - self.from) / (self.to - self.from)
     }
 
-    /// How far along it a value stands, or the end that is next to it.
-    pub(crate) fn nearest_share(&self, value: f64) -> f64 {
-        self.way(value).clamp(0.0, 1.0)
-    }
-
     /// How far along it a value stands, from 0 to 1; none if it is not on it.
     pub(crate) fn share(&self, value: f64) -> Option<f64> {
         Some(self.way(value)).filter(|share| (-1e-9..=1.0 + 1e-9).contains(share))
@@ -245,22 +243,24 @@ impl Scale {
 
     /// Its ends, as values.
     pub(crate) fn ends(&self) -> (f64, f64) {
-        if self.log { (10f64.powf(self.from), 10f64.powf(self.to)) } else { (self.from, self.to) }
+        (self.value(self.from), self.value(self.to))
     }
 
-    /// The middle between two values.
-    pub(crate) fn between_values(&self, a: f64, b: f64) -> f64 {
-        if self.log { (a * b).sqrt() } else { (a + b) / 2.0 }
-    }
-
-    /// A value beyond `b`, as far from it as half of what `a` is from it.
-    pub(crate) fn beyond(&self, a: f64, b: f64) -> f64 {
-        if self.log { b * (b / a).sqrt() } else { b + (b - a) / 2.0 }
-    }
-
-    /// The ends of a cell about a value that stands alone.
-    pub(crate) fn about(&self, value: f64) -> (f64, f64) {
-        if !self.words.is_empty() { (value - 0.5, value + 0.5) } else { self.ends() }
+    /// Where cells about values in ascending order begin and end; that of a number alone is the whole scale.
+    pub(crate) fn cell_edges(&self, values: &[f64]) -> Vec<f64> {
+        let places: Vec<f64> = values.iter().map(|value| self.place(*value)).collect();
+        let half = |n: usize| (places[n + 1] - places[n]) / 2.0;
+        let edges = match &places[..] {
+            [] => Vec::new(),
+            [word] if !self.words.is_empty() => vec![word - 0.5, word + 0.5],
+            [_] => vec![self.from, self.to],
+            [first, .., last] => {
+                let between = places.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
+                let ends = (first - half(0), last + half(places.len() - 2));
+                std::iter::once(ends.0).chain(between).chain([ends.1]).collect()
+            }
+        };
+        edges.into_iter().map(|place| self.value(place)).collect()
     }
 
     /// Its label, with the power of ten that is taken out of its numbers.
@@ -269,7 +269,7 @@ impl Scale {
         if power == 0 {
             return self.label.clone();
         }
-        let ten = format!("10^{{{}}}", minus(&power.to_string()));
+        let ten = power_of_ten(power);
         match self.label.rfind('(') {
             Some(at) if self.label.ends_with(')') => {
                 format!("{}({ten} {}", &self.label[..at], &self.label[at + 1..])
@@ -316,7 +316,7 @@ impl Scale {
     /// The ticks of a colour bar: those of an axis, and its ends, which what is beyond them has the colours of.
     pub(crate) fn ticks_with_ends(&self, most: f64) -> Vec<Tick> {
         let (from, to) = self.ends();
-        let unit = if self.log { 1.0 } else { 10f64.powi(self.power()) };
+        let unit = 10f64.powi(self.power());
         let end = |at: f64| Tick { at, label: number(rounded(at / unit)) };
         let clear = 0.6 / most.max(2.0);
         let is_clear = |tick: &Tick| (clear..1.0 - clear).contains(&self.way(tick.at));
@@ -328,12 +328,12 @@ impl Scale {
     fn ticks_at_values(&self, most: f64) -> Vec<Tick> {
         let least = 1.0 / (most + 1.0) - 1e-9;
         let mut last = f64::NEG_INFINITY;
-        let mut values: Vec<f64> = Vec::new();
-        for value in &self.marked {
-            let Some(share) = self.share(*value).filter(|share| share - last >= least) else { continue };
-            last = share;
-            values.push(*value);
-        }
+        let mut values = self.marked.clone();
+        values.retain(|value| {
+            let share = self.share(*value).filter(|share| share - last >= least);
+            last = share.unwrap_or(last);
+            share.is_some()
+        });
         if self.log {
             return values.into_iter().map(|at| Tick { at, label: number(at) }).collect();
         }
@@ -390,8 +390,8 @@ fn power_of_ten(n: i32) -> String {
 /// A number as it stands in a figure: four digits, and very large and small ones with a power of
 /// ten.
 pub(crate) fn number(value: f64) -> String {
-    let plain = |value: f64, digits: i32| {
-        let decimals = (digits - 1 - value.abs().log10().floor() as i32).max(0) as usize;
+    let plain = |value: f64| {
+        let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.decimals$}");
         let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
         minus(short)
@@ -400,11 +400,11 @@ pub(crate) fn number(value: f64) -> String {
         return "0".to_owned();
     }
     if (1e-3..1e5).contains(&value.abs()) {
-        return plain(value, 4);
+        return plain(value);
     }
     let power = (value.abs().log10() + 1e-12).floor() as i32;
-    let (digits, ten) = (plain(value / 10f64.powi(power), 4), minus(&power.to_string()));
-    if digits == "1" { format!("10^{{{ten}}}") } else { format!("{digits}·10^{{{ten}}}") }
+    let (digits, ten) = (plain(value / 10f64.powi(power)), power_of_ten(power));
+    if digits == "1" { ten } else { format!("{digits}·{ten}") }
 }
 
 /// To three digits.
@@ -489,14 +489,13 @@ mod tests {
             let scales = [
                 Scale::between("x (m)", from, to),
                 Scale::between("n", from, to).in_whole_numbers(true),
-                Scale::logarithms("x (m)", from, to),
                 Scale::between("x", 0.0, 1.0).reaching(from, to),
                 Scale::of("x", true, 0.0, [1.0].into_iter()).reaching(from, to),
                 Scale::of("x", false, 0.06, [from, to].into_iter()).down_to_zero(from),
                 Scale::of("x", true, 0.06, [from, to].into_iter()),
                 Scale::free("x").fitted([from, to].into_iter()),
                 Scale::free_powers("x").fitted([from, to].into_iter()),
-                Scale::powers_between("x", from, to),
+                Scale::powers_between("x (m)", from, to),
                 Scale::counts("x", to),
             ];
             for scale in &scales {

@@ -6,28 +6,21 @@
 
 use std::sync::LazyLock;
 
-use plotters::prelude::{BLACK, RGBColor};
+use plotters::style::{BLACK, Color, RGBColor};
+use plotters_backend::text_anchor::HPos;
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::print::page::{Colour, Item, Page, Paint, Point, Role, Segment, bounds, mapped};
+use super::print::page::{Item, Page, Paint, Point, Role, Segment, bounds, mapped};
 
 static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(include_bytes!("../../fonts/DejaVuSans.ttf"), 0).expect("the embedded font is a font")
 });
 
-/// Where a label stands relative to its position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Align {
-    /// Begins there.
-    Left,
-    /// Its middle is there.
-    Center,
-    /// Ends there.
-    Right,
-}
-
-/// Size of subscripts and superscripts relative to the text.
-const SCRIPT_SIZE: f64 = 0.7;
+/// How large a piece of a label is, and how far it hangs below the line, over the size of the text.
+type Script = (f64, f64);
+const ON_LINE: Script = (1.0, 0.0);
+const SUBSCRIPT: Script = (0.7, 0.17);
+const SUPERSCRIPT: Script = (0.7, -0.36);
 
 /// What is left free after a subscript or superscript, and before one, over the size of the text.
 const SCRIPT_SPACE: f64 = 0.06;
@@ -42,35 +35,13 @@ pub(super) const DESCENT: f64 = 0.24;
 pub(super) const TICK_TEXT: f64 = 36.0;
 pub(super) const LABEL_TEXT: f64 = 42.0;
 
-/// Where a piece of a label stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Script {
-    On,
-    Below,
-    Above,
-}
-
-impl Script {
-    fn size(self, size: f64) -> f64 {
-        if self == Script::On { size } else { size * SCRIPT_SIZE }
-    }
-
-    /// How far it hangs below the line.
-    fn drop(self, size: f64) -> f64 {
-        match self {
-            Script::On => 0.0,
-            Script::Below => size * 0.17,
-            Script::Above => size * -0.36,
-        }
-    }
-}
-
 /// A label to be drawn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Label<'a> {
     pub(super) text: &'a str,
     pub(super) size: f64,
-    pub(super) align: Align,
+    /// Which part of it is at its position.
+    pub(super) align: HPos,
     /// Turned to read from bottom to top.
     pub(super) upward: bool,
     pub(super) colour: RGBColor,
@@ -80,7 +51,7 @@ pub(super) struct Label<'a> {
 impl<'a> Label<'a> {
     /// Words in black from left to right, about their position.
     pub(super) fn of(text: &'a str) -> Label<'a> {
-        let (size, align) = (LABEL_TEXT, Align::Center);
+        let (size, align) = (LABEL_TEXT, HPos::Center);
         Label { text, size, align, upward: false, colour: BLACK, role: Role::Label }
     }
 
@@ -96,10 +67,10 @@ pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
     let (path, width) = outlines(label.text, label.size);
     let Some(((left, top), (right, bottom))) = bounds(&path) else { return };
     let along = match (label.align, label.role) {
-        (Align::Left, _) => 0.0,
-        (Align::Center, Role::NumberAcross) => -(left + right) / 2.0,
-        (Align::Center, _) => -width / 2.0,
-        (Align::Right, _) => -right,
+        (HPos::Left, _) => 0.0,
+        (HPos::Center, Role::NumberAcross) => -(left + right) / 2.0,
+        (HPos::Center, _) => -width / 2.0,
+        (HPos::Right, _) => -right,
     };
     let down = match label.role {
         Role::NumberUpwards => -(top + bottom) / 2.0,
@@ -110,8 +81,7 @@ pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
         if label.upward { (x + py, y - px) } else { (x + px, y + py) }
     };
     let path = mapped(path, place);
-    let RGBColor(r, g, b) = label.colour;
-    let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
+    let paint = Paint::Fill(label.colour.to_rgba());
     page.add(Item { role: label.role, text: plain(label.text), path, paint });
 }
 
@@ -129,17 +99,18 @@ pub(super) fn plain(label: &str) -> String {
 fn outlines(label: &str, size: f64) -> (Vec<Segment>, f64) {
     let mut outlines = Outlines { path: Vec::new(), at: (0.0, 0.0), scale: 0.0, last: (0.0, 0.0) };
     let mut along = 0.0;
-    for (text, script) in pieces(label) {
-        along += if script == Script::On { 0.0 } else { SCRIPT_SPACE * size };
-        outlines.scale = script.size(size) / f64::from(FONT.units_per_em());
+    for (text, (share, drop)) in pieces(label) {
+        let space = if share < 1.0 { SCRIPT_SPACE * size } else { 0.0 };
+        along += space;
+        outlines.scale = share * size / f64::from(FONT.units_per_em());
         for letter in text.chars() {
             // A letter that the font has not is its empty box.
             let glyph = FONT.glyph_index(letter).unwrap_or_default();
-            outlines.at = (along, script.drop(size));
+            outlines.at = (along, drop * size);
             FONT.outline_glyph(glyph, &mut outlines);
             along += f64::from(FONT.glyph_hor_advance(glyph).unwrap_or(0)) * outlines.scale;
         }
-        along += if script == Script::On { 0.0 } else { SCRIPT_SPACE * size };
+        along += space;
     }
     (outlines.path, along)
 }
@@ -191,30 +162,24 @@ impl OutlineBuilder for Outlines {
     }
 }
 
-/// Text and where it stands.
+/// Letters and scripts, each with where it stands.
 fn pieces(label: &str) -> Vec<(String, Script)> {
-    let mut pieces = vec![(String::new(), Script::On)];
+    let mut pieces = Vec::new();
     let mut letters = label.chars().peekable();
     while let Some(letter) = letters.next() {
         let script = match letter {
-            '_' => Script::Below,
-            '^' => Script::Above,
-            '\\' => {
-                pieces.last_mut().expect("there is always a piece").0.extend(letters.next());
-                continue;
-            }
-            _ => {
-                pieces.last_mut().expect("there is always a piece").0.push(letter);
-                continue;
-            }
+            '_' => SUBSCRIPT,
+            '^' => SUPERSCRIPT,
+            _ => ON_LINE,
         };
-        let text = if letters.next_if_eq(&'{').is_some() {
-            letters.by_ref().take_while(|&letter| letter != '}').collect()
-        } else {
-            letters.next().into_iter().collect()
+        let text = match letter {
+            '_' | '^' if letters.next_if_eq(&'{').is_some() => {
+                letters.by_ref().take_while(|&letter| letter != '}').collect()
+            }
+            '_' | '^' | '\\' => letters.next().into_iter().collect(),
+            letter => letter.to_string(),
         };
         pieces.push((text, script));
-        pieces.push((String::new(), Script::On));
     }
     pieces.retain(|(text, _)| !text.is_empty());
     pieces
@@ -226,12 +191,18 @@ mod tests {
 
     #[test]
     fn underscores_set_subscripts_and_carets_superscripts() {
-        let text =
-            |label| pieces(label).into_iter().map(|(text, at)| format!("{text} {at:?}")).collect::<Vec<_>>();
-        assert_eq!(text("F_T/F_N"), ["F On", "T Below", "/F On", "N Below"]);
-        assert_eq!(text("k_{tot} a"), ["k On", "tot Below", " a On"]);
-        assert_eq!(text("10^{8} m^2"), ["10 On", "8 Above", " m On", "2 Above"]);
-        assert_eq!(text("step\\_s"), ["step_s On"]);
+        let text = |label| {
+            let piece = |(text, (_, drop)): (String, _)| match drop {
+                0.0 => text,
+                below if below > 0.0 => format!("[{text}]"),
+                _ => format!("<{text}>"),
+            };
+            pieces(label).into_iter().map(piece).collect::<String>()
+        };
+        assert_eq!(text("F_T/F_N"), "F[T]/F[N]");
+        assert_eq!(text("k_{tot} a"), "k[tot] a");
+        assert_eq!(text("10^{8} m^2"), "10<8> m<2>");
+        assert_eq!(text("step\\_s"), "step_s");
     }
 
     #[test]

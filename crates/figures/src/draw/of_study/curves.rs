@@ -66,8 +66,7 @@ impl<'a> Drawing<'a> {
                 let numbers: Vec<f64> = places.iter().filter_map(Cell::number).collect();
                 let scale = Scale::of(&colour.label, colour.log, 0.0, numbers.iter().copied());
                 let colours = bar.insert(Colours::of(scale, On::Lines));
-                let color = |value: &f64| colours.at(colours.scale.nearest_share(*value));
-                numbers.iter().map(|value| (Marker::Circle, color(value))).collect()
+                numbers.iter().map(|value| (Marker::Circle, colours.nearest(*value))).collect()
             }
         };
         Drawing { gathered, looks, bar, legend, panels: BTreeMap::new() }

@@ -64,7 +64,7 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
             Scale::of_words(&quantity.label, &words.words())
         } else {
             let scale = Scale::of(&quantity.label, quantity.log, margin, values.iter().copied());
-            let edges = edges(&scale, values);
+            let edges = scale.cell_edges(values);
             match (scattered, &edges[..]) {
                 (false, [first, .., last]) => scale.reaching(*first, *last).marked_at(values),
                 _ => scale,
@@ -73,7 +73,7 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     };
     let x = scale(&figure.x, &gathered.across, &xs);
     let y = scale(&figure.y, &gathered.upwards, &ys);
-    let (edges_x, edges_y) = (edges(&x, &xs), edges(&y, &ys));
+    let (edges_x, edges_y) = (x.cell_edges(&xs), y.cell_edges(&ys));
     let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
 
     let mut panels: BTreeMap<usize, Shown> = BTreeMap::new();
@@ -136,22 +136,4 @@ fn sorted(bits: impl Iterator<Item = u64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     values.dedup();
     values
-}
-
-/// Where cells about these values begin and end.
-fn edges(scale: &Scale, values: &[f64]) -> Vec<f64> {
-    match values {
-        [] => Vec::new(),
-        [only] => {
-            let (low, high) = scale.about(*only);
-            vec![low, high]
-        }
-        [first, second, ..] => {
-            let [.., before, last] = values else { return Vec::new() };
-            let mut edges = vec![scale.beyond(*second, *first)];
-            edges.extend(values.windows(2).map(|pair| scale.between_values(pair[0], pair[1])));
-            edges.push(scale.beyond(*before, *last));
-            edges
-        }
-    }
 }

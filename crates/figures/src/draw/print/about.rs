@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use asperity_record::RunHeader;
 
+use crate::draw::scale::number;
+
 /// Where the runs that a figure shows come from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origins {
@@ -100,7 +102,7 @@ impl About {
             0..=MOST_NAMED => list(scenarios),
             many => format!("{many} scenarios"),
         };
-        let steps: Vec<String> = time_steps.iter().map(|bits| in_powers(f64::from_bits(*bits))).collect();
+        let steps: Vec<String> = time_steps.iter().map(|bits| number(f64::from_bits(*bits))).collect();
         let steps = match &steps[..] {
             [first, .., last] => format!("{first} to {last}"),
             few => few.concat(),
@@ -124,14 +126,6 @@ impl About {
 
 fn list(all: &BTreeSet<String>) -> String {
     all.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
-}
-
-/// A number with its power of ten.
-fn in_powers(value: f64) -> String {
-    let text = format!("{value:e}");
-    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-    let ten = format!("10^{{{}}}", power.replace('-', "\u{2212}"));
-    if digits == "1" { ten } else { format!("{digits}·{ten}") }
 }
 
 #[cfg(test)]

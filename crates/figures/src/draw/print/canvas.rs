@@ -1,20 +1,16 @@
 //! Pages as what plotters draws on.
 
 use std::convert::Infallible;
-use std::iter::Copied;
-use std::slice::Iter;
 
-use plotters::coord::CoordTranslate;
-use plotters::drawing::Rect;
-use plotters::element::{CoordMapper, Drawable, PointCollection};
-use plotters_backend::text_anchor::{HPos, VPos};
+use plotters::style::RGBAColor;
+use plotters_backend::text_anchor::VPos;
 use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
     FontTransform,
 };
 
-use super::page::{Colour, Item, Page, Paint, Point, Role, through};
-use crate::draw::text::{self, Align, CAPITAL, Label};
+use super::page::{Item, Page, Paint, Point, Role, through};
+use crate::draw::text::{self, CAPITAL, Label};
 
 /// Whole numbers of plotters to a unit of the page.
 pub(crate) const UNIT: f64 = 16.0;
@@ -27,13 +23,14 @@ pub(crate) fn units(length: f64) -> i32 {
     (length * UNIT).round() as i32
 }
 
-fn place((x, y): BackendCoord) -> Point {
+/// Where that is on the page.
+pub(crate) fn place((x, y): BackendCoord) -> Point {
     (f64::from(x) / UNIT, f64::from(y) / UNIT)
 }
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-/// What charts draw: axes, marks and words. All data are [`Element`]s.
+/// What charts draw: axes, marks and words.
 impl DrawingBackend for Canvas<'_> {
     type ErrorType = Infallible;
 
@@ -58,11 +55,11 @@ impl DrawingBackend for Canvas<'_> {
         path: I,
         style: &S,
     ) -> Drawn {
-        let BackendColor { rgb, alpha: strength } = style.color();
+        let BackendColor { rgb: (r, g, b), alpha } = style.color();
         let width = f64::from(style.stroke_width()) / UNIT;
-        let paint = Paint::Stroke { colour: Colour { rgb, strength }, width, dashes: Vec::new() };
+        let paint = Paint::Stroke { colour: RGBAColor(r, g, b, alpha), width, dashes: Vec::new() };
         let path = through(&path.into_iter().map(place).collect::<Vec<_>>());
-        let item = Item { role: Role::Tick, text: String::new(), path, paint };
+        let item = Item::new(Role::Tick, path, paint);
         // Axes are drawn with each of the two kinds of their marks.
         if !self.0.items.contains(&item) {
             self.0.add(item);
@@ -85,13 +82,8 @@ impl DrawingBackend for Canvas<'_> {
             // Words at the right read upwards as well.
             FontTransform::Rotate90 => (true, (x - size * (CAPITAL / 2.0 + text::DESCENT), y)),
         };
-        let align = match anchor.h_pos {
-            HPos::Left => Align::Left,
-            HPos::Center => Align::Center,
-            HPos::Right => Align::Right,
-        };
         let role = Role::named(style.family().as_str());
-        text::put(self.0, Label { size, align, upward, role, ..Label::of(text) }, at);
+        text::put(self.0, Label { size, align: anchor.h_pos, upward, role, ..Label::of(text) }, at);
         Ok(())
     }
 
@@ -102,35 +94,5 @@ impl DrawingBackend for Canvas<'_> {
         _: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
         Ok((1, 1))
-    }
-}
-
-/// Maps points onto a page without moving those beyond a frame onto it, as plotters does.
-pub(crate) struct Free;
-
-impl CoordMapper for Free {
-    type Output = Point;
-
-    fn map<C: CoordTranslate>(coordinates: &C, from: &C::From, _: &Rect) -> Point {
-        place(coordinates.translate(from))
-    }
-}
-
-/// Points in values of the axes, and what draws them, given their places on the page.
-pub(crate) struct Element<'p, F>(pub(crate) &'p [(f64, f64)], pub(crate) F);
-
-impl<'p, F> PointCollection<'p, (f64, f64), Free> for &'p Element<'p, F> {
-    type Point = (f64, f64);
-    type IntoIter = Copied<Iter<'p, (f64, f64)>>;
-
-    fn point_iter(self) -> Self::IntoIter {
-        self.0.iter().copied()
-    }
-}
-
-impl<F: Fn(&[Point], &mut Page)> Drawable<Canvas<'_>, Free> for Element<'_, F> {
-    fn draw<I: Iterator<Item = Point>>(&self, places: I, canvas: &mut Canvas<'_>, _: (u32, u32)) -> Drawn {
-        (self.1)(&places.collect::<Vec<_>>(), canvas.0);
-        Ok(())
     }
 }

@@ -1,6 +1,8 @@
 //! A drawn page: paths with a fill or a stroke, and pixels, from back to front. SVG, PNG and PDF are
 //! written of the same ones, so that they cannot differ in anything but their format.
 
+use plotters::style::RGBAColor;
+
 use super::raster::Raster;
 
 /// Page units to an inch: pixels of the PNG.
@@ -26,20 +28,13 @@ pub(crate) enum Segment {
     Close,
 }
 
-/// A colour with its strength, from 0 to 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Colour {
-    pub(crate) rgb: (u8, u8, u8),
-    pub(crate) strength: f64,
-}
-
 /// How a path is painted.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Paint {
-    Fill(Colour),
+    Fill(RGBAColor),
     /// A line of a width, with a pattern of lengths on and off; solid if that is empty.
     Stroke {
-        colour: Colour,
+        colour: RGBAColor,
         width: f64,
         dashes: Vec<f64>,
     },
@@ -104,12 +99,9 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    /// Pixels.
-    pub(crate) fn of_raster(role: Role, raster: Raster) -> Item {
-        let ((left, top), (width, height)) = (raster.corner(), raster.size());
-        let (right, bottom) = (left + f64::from(width), top + f64::from(height));
-        let path = around(&[(left, top), (right, top), (right, bottom), (left, bottom)]);
-        Item { role, text: String::new(), path, paint: Paint::Raster(raster) }
+    /// One that says nothing.
+    pub(crate) fn new(role: Role, path: Vec<Segment>, paint: Paint) -> Item {
+        Item { role, text: String::new(), path, paint }
     }
 }
 
@@ -225,14 +217,15 @@ pub(crate) fn bounds(path: &[Segment]) -> Option<(Point, Point)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Colour, Item, Page, Paint, Role, Segment, around, bounds, short};
+    use plotters::style::{BLACK, Color};
+
+    use super::{Item, Page, Paint, Role, Segment, around, bounds, short};
 
     #[test]
     fn pages_keep_hundredths_and_leave_nothing_out_but_nothing() {
         let mut page = Page::new(10, 30);
         assert_eq!((page.width, page.height), (25, 50));
-        let paint = Paint::Fill(Colour { rgb: (0, 0, 0), strength: 1.0 });
-        let item = |path| Item { role: Role::Data, text: String::new(), path, paint: paint.clone() };
+        let item = |path| Item::new(Role::Data, path, Paint::Fill(BLACK.to_rgba()));
         page.add(item(around(&[(0.123_456, 1.0), (2.0, 3.0)])));
         page.add(item(vec![Segment::Move((1.0, 1.0))]));
         assert_eq!(page.items.len(), 1);

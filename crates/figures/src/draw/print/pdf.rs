@@ -1,13 +1,14 @@
 //! A page as PDF, all text as outlines.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
+use plotters::style::RGBAColor;
 
 use super::about::About;
-use super::page::{Colour, PER_INCH, POINTS, Page, Paint, Segment};
+use super::page::{PER_INCH, POINTS, Page, Paint, Segment};
 use super::raster::Raster;
 
 /// How hard the content is compressed, of 10.
@@ -21,7 +22,12 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     let [catalog, pages, only, content, info] = [1, 2, 3, 4, 5].map(Ref::new);
     let scale = (POINTS / PER_INCH) as f32;
     let (width, height) = (page.width as f32 * scale, page.height as f32 * scale);
-    let Drawn { content: drawn, strengths, pictures } = drawn(page, scale, height);
+    let strengths: BTreeSet<u8> = page.items.iter().filter_map(|item| strength(&item.paint)).collect();
+    let pictures = page.items.iter().filter_map(|item| match &item.paint {
+        Paint::Raster(raster) => Some(raster),
+        Paint::Fill(_) | Paint::Stroke { .. } => None,
+    });
+    let pictures: Vec<&Raster> = pictures.collect();
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([only]).count(1);
@@ -29,8 +35,8 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     sheet.parent(pages).media_box(Rect::new(0.0, 0.0, width, height)).contents(content);
     let mut resources = sheet.resources();
     let mut states = resources.ext_g_states();
-    for (name, at) in strengths.values().zip(6..) {
-        states.pair(Name(name.as_bytes()), Ref::new(at));
+    for (strength, at) in strengths.iter().zip(6..) {
+        states.pair(Name(state_name(*strength).as_bytes()), Ref::new(at));
     }
     states.finish();
     // Two for each: its colours, and where it has some.
@@ -43,14 +49,14 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     }
     resources.finish();
     sheet.finish();
-    for (strength, at) in strengths.keys().zip(6..) {
-        let strength = *strength as f32 / 100.0;
+    for (strength, at) in strengths.iter().zip(6..) {
+        let strength = f32::from(*strength) / 100.0;
         pdf.ext_graphics(Ref::new(at)).non_stroking_alpha(strength).stroking_alpha(strength);
     }
     for (raster, at) in pictures.into_iter().zip(of_pictures()) {
         picture(&mut pdf, raster, at);
     }
-    let packed = compress_to_vec_zlib(&drawn, LEVEL);
+    let packed = compress_to_vec_zlib(&drawn(page, scale, height), LEVEL);
     pdf.stream(content, &packed).filter(Filter::FlateDecode);
     let facts: Vec<String> =
         about.facts().into_iter().map(|(word, value)| format!("{word}: {value}")).collect();
@@ -80,9 +86,9 @@ fn picture(pdf: &mut Pdf, raster: &Raster, at: Ref) {
             }
         }
     };
-    write(at, raster.rgb(), false);
+    write(at, &raster.rgb(), false);
     if let Some(mask) = mask {
-        write(mask, raster.mask(), true);
+        write(mask, &raster.rgba().map(|[.., opacity]| opacity).collect::<Vec<u8>>(), true);
     }
 }
 
@@ -90,38 +96,47 @@ fn picture_name(n: usize) -> String {
     format!("P{n}")
 }
 
-/// The content, the names of the strengths of its colours, in hundredths, and the pictures that it has.
-struct Drawn<'a> {
-    content: Vec<u8>,
-    strengths: BTreeMap<u8, String>,
-    pictures: Vec<&'a Raster>,
+/// The name of what sets a strength, in hundredths.
+fn state_name(strength: u8) -> String {
+    format!("S{strength}")
 }
 
-fn drawn(page: &Page, scale: f32, height: f32) -> Drawn<'_> {
+/// The strength of a colour that has not all of it, in hundredths.
+fn strength(paint: &Paint) -> Option<u8> {
+    match paint {
+        Paint::Fill(RGBAColor(.., strength)) | Paint::Stroke { colour: RGBAColor(.., strength), .. } => {
+            (*strength < 1.0).then(|| (strength * 100.0).round() as u8)
+        }
+        Paint::Raster(_) => None,
+    }
+}
+
+/// The content of the page.
+fn drawn(page: &Page, scale: f32, height: f32) -> Vec<u8> {
     let mut content = Content::new();
-    let mut strengths = BTreeMap::new();
-    let mut pictures = Vec::new();
+    let mut pictures = 0;
     content.transform([scale, 0.0, 0.0, -scale, 0.0, height]);
     content.set_line_join(LineJoinStyle::RoundJoin);
     for item in &page.items {
+        let strength = strength(&item.paint);
+        if let Some(strength) = strength {
+            content.save_state();
+            content.set_parameters(Name(state_name(strength).as_bytes()));
+        }
         match &item.paint {
             Paint::Fill(colour) => {
-                let is_pale = begin(&mut content, &mut strengths, colour);
-                let [r, g, b] = rgb(colour);
+                let [r, g, b] = rgb(*colour);
                 content.set_fill_rgb(r, g, b);
                 outline(&mut content, &item.path);
                 content.fill_nonzero();
-                end(&mut content, is_pale);
             }
             Paint::Stroke { colour, width, dashes } => {
-                let is_pale = begin(&mut content, &mut strengths, colour);
-                let [r, g, b] = rgb(colour);
+                let [r, g, b] = rgb(*colour);
                 content.set_stroke_rgb(r, g, b);
                 content.set_line_width(*width as f32);
                 content.set_dash_pattern(dashes.iter().map(|length| *length as f32), 0.0);
                 outline(&mut content, &item.path);
                 content.stroke();
-                end(&mut content, is_pale);
             }
             Paint::Raster(raster) => {
                 let ((x, y), (width, height)) = (raster.corner(), raster.size());
@@ -130,35 +145,19 @@ fn drawn(page: &Page, scale: f32, height: f32) -> Drawn<'_> {
                 let (left, bottom) = (x as f32 + WITHIN, y as f32 + height as f32 - WITHIN);
                 let (wide, high) = (width as f32 - 2.0 * WITHIN, height as f32 - 2.0 * WITHIN);
                 content.transform([wide, 0.0, 0.0, -high, left, bottom]);
-                content.x_object(Name(picture_name(pictures.len()).as_bytes()));
+                content.x_object(Name(picture_name(pictures).as_bytes()));
                 content.restore_state();
-                pictures.push(raster);
+                pictures += 1;
             }
         }
+        if strength.is_some() {
+            content.restore_state();
+        }
     }
-    Drawn { content: content.finish().to_vec(), strengths, pictures }
+    content.finish().to_vec()
 }
 
-/// Sets the strength of a colour, if it has not all of it; whether it has not.
-fn begin(content: &mut Content, strengths: &mut BTreeMap<u8, String>, colour: &Colour) -> bool {
-    let is_pale = colour.strength < 1.0;
-    if is_pale {
-        let hundredths = (colour.strength * 100.0).round() as u8;
-        let name = strengths.entry(hundredths).or_insert_with(|| format!("S{hundredths}"));
-        content.save_state();
-        content.set_parameters(Name(name.as_bytes()));
-    }
-    is_pale
-}
-
-fn end(content: &mut Content, is_pale: bool) {
-    if is_pale {
-        content.restore_state();
-    }
-}
-
-fn rgb(colour: &Colour) -> [f32; 3] {
-    let (r, g, b) = colour.rgb;
+fn rgb(RGBAColor(r, g, b, _): RGBAColor) -> [f32; 3] {
     // Three decimals tell all 256 values apart.
     [r, g, b].map(|part| (f32::from(part) / 255.0 * 1000.0).round() / 1000.0)
 }

@@ -1,10 +1,11 @@
 //! A page as PNG.
 
+use plotters::style::RGBAColor;
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, PixelDimensions, Unit};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 
 use super::about::About;
-use super::page::{self, Colour, PER_INCH, Page, Segment};
+use super::page::{self, PER_INCH, Page, Segment};
 use super::raster::Raster;
 
 pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
@@ -16,7 +17,7 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
         let at = Transform::identity();
         match &item.paint {
             page::Paint::Fill(colour) => {
-                pixels.fill_path(&path, &paint(colour), FillRule::Winding, at, None);
+                pixels.fill_path(&path, &paint(*colour), FillRule::Winding, at, None);
             }
             page::Paint::Stroke { colour, width, dashes } => {
                 let pattern: Vec<f32> = dashes.iter().map(|length| *length as f32).collect();
@@ -26,9 +27,9 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
                     dash: StrokeDash::new(pattern, 0.0),
                     ..Stroke::default()
                 };
-                pixels.stroke_path(&path, &paint(colour), &stroke, at, None);
+                pixels.stroke_path(&path, &paint(*colour), &stroke, at, None);
             }
-            page::Paint::Raster(raster) => raster.put(pixels.data_mut(), page.width as usize),
+            page::Paint::Raster(raster) => raster.put(&mut pixels),
         }
     }
     encode(page, about, &opaque(pixels.data())).map_err(|error| error.to_string())
@@ -42,35 +43,27 @@ fn opaque(rgba: &[u8]) -> Vec<u8> {
     let mut rgb = vec![255; rgba.len() / 4 * 3];
     for (pixels, rgb) in rgba.chunks(WHITE.len()).zip(rgb.chunks_mut(3 * RUN)) {
         if *pixels != WHITE[..pixels.len()] {
-            copy_colours(pixels, rgb);
+            pixels
+                .chunks_exact(4)
+                .zip(rgb.chunks_exact_mut(3))
+                .for_each(|(from, to)| to.copy_from_slice(&from[..3]));
         }
     }
     rgb
 }
 
-/// Copies pixels without their opacity. It indexes slices in a plain loop, because this crate is compiled
-/// without optimisation, where a call for each pixel takes as long as all other drawing together.
-fn copy_colours(rgba: &[u8], rgb: &mut [u8]) {
-    let (mut from, mut to) = (0, 0);
-    while from < rgba.len() {
-        rgb[to] = rgba[from];
-        rgb[to + 1] = rgba[from + 1];
-        rgb[to + 2] = rgba[from + 2];
-        from += 4;
-        to += 3;
-    }
-}
-
 /// Pixels alone, for a page that has them within.
 pub(super) fn of_raster(raster: &Raster) -> Result<Vec<u8>, String> {
     let (width, height) = raster.size();
-    let (kind, samples) =
-        if raster.has_gaps() { (ColorType::Rgba, raster.rgba()) } else { (ColorType::Rgb, raster.rgb()) };
+    let (kind, samples) = match raster.has_gaps() {
+        true => (ColorType::Rgba, raster.rgba().flatten().collect()),
+        false => (ColorType::Rgb, raster.rgb()),
+    };
     let mut bytes = Vec::new();
     let mut write = || {
         let encoder = packed(&mut bytes, width, height, kind);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(samples)?;
+        writer.write_image_data(&samples)?;
         writer.finish()
     };
     write().map_err(|error| error.to_string())?;
@@ -115,10 +108,9 @@ fn keyword(word: &str) -> String {
     first.chain(letters).map(|letter| if letter == '-' { ' ' } else { letter }).collect()
 }
 
-fn paint(colour: &Colour) -> Paint<'static> {
-    let (r, g, b) = colour.rgb;
+fn paint(RGBAColor(r, g, b, strength): RGBAColor) -> Paint<'static> {
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color_rgba8(r, g, b, (colour.strength * 255.0).round() as u8);
+    paint.set_color_rgba8(r, g, b, (strength * 255.0).round() as u8);
     paint
 }
 
@@ -148,18 +140,18 @@ fn path(segments: &[Segment]) -> Option<Path> {
 #[cfg(test)]
 mod tests {
     use super::super::about::About;
-    use super::super::page::{Colour, Item, Page, Paint, Role, through};
+    use super::super::page::{Item, Page, Paint, Role, through};
     use super::bytes;
+    use plotters::style::{BLACK, Color};
 
     /// How much ink a line of 300 pixels has, per pixel of its length, at an angle in degrees.
     fn width_at(angle: f64, drawn: f64) -> f64 {
         let mut page = Page::new(400, 400);
         let (sine, cosine) = angle.to_radians().sin_cos();
         let end = |side: f64| (200.0 + side * 150.0 * cosine, 200.0 + side * 150.0 * sine);
-        let colour = Colour { rgb: (0, 0, 0), strength: 1.0 };
-        let paint = Paint::Stroke { colour, width: drawn, dashes: Vec::new() };
+        let paint = Paint::Stroke { colour: BLACK.to_rgba(), width: drawn, dashes: Vec::new() };
         let path = through(&[end(-1.0), end(1.0)]);
-        page.add(Item { role: Role::Data, text: String::new(), path, paint });
+        page.add(Item::new(Role::Data, path, paint));
         let png = bytes(&page, &About::default()).unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

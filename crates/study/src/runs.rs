@@ -360,12 +360,12 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         };
         assert_eq!((claims.len(), of(0), of(1)), (2, ("a", "base", "58"), ("b", "kicked-2", "3")));
         for (members, problem) in [
-            ("3", "line 27, column 8: each: it is no list (accepted: a list of tables)"),
-            ("[3]", "line 27, column 8: each: a member is no table (accepted: a list of tables)"),
-            ("[{ about = 3 }]", "line 27, column 19: about = 3 is not accepted (accepted: a text in quotes)"),
+            ("3", "line 32, column 8: each: it is no list (accepted: a list of tables)"),
+            ("[3]", "line 32, column 8: each: a member is no table (accepted: a list of tables)"),
+            ("[{ about = 3 }]", "line 32, column 19: about = 3 is not accepted (accepted: a text in quotes)"),
             (
                 "[{ abuot = \"a\" }]",
-                "line 27, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 14 \
+                "line 32, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 14 \
                  others, see docs/figures.md and docs/scenarios.md)",
             ),
         ] {

@@ -342,7 +342,7 @@ fn reduce_does_not_write_into_a_folder_in_use() {
 fn scenarios_are_listed_and_shown_in_full() {
     let list = succeed(&["scenario", "list"]);
     let listed: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    let built_in: Vec<&str> = asperity_model::builtin::all().map(|(name, _)| name).collect();
+    let built_in: Vec<&str> = asperity_model::scenario::builtin::all().map(|(name, _)| name).collect();
     assert_eq!(listed, built_in);
 
     let folder = folder();

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::thread;
 
-use asperity_model::keys::{KEYS, Kind};
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::scenario::builtin;
+use asperity_model::scenario::keys::{KEYS, Kind};
+use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_runlog::{RunReader, Topics};
 
 use crate::support::binary::{AS_CODED, asperity, names, succeed, text};

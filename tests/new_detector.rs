@@ -45,7 +45,7 @@ const CHANGES: [(&str, &str, &str); 4] = [
         "    (\"longest\", |_| boxed(asperity_detect_longest::LongestDetector::default())),\n",
     ),
     (
-        "crates/model/src/laws.rs",
+        "crates/model/src/law/laws.rs",
         "    InterfacialSprings in springs: \"interfacial-springs\", \"Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)\";\n",
         "    Viscous in viscous: \"viscous\", \"springs, and sliding friction that grows with speed\";\n    \
              Healing in healing: \"healing\", \"springs, and contacts that are stronger for a known time\";\n",
@@ -68,7 +68,7 @@ impl Copy {
         copy.take(&file(TEMPLATE), Path::new("crates/detect-longest"), &mut written);
         for law in LAWS {
             let [from, to] =
-                ["fixtures/law-template", "crates/model/src/laws"].map(|at| Path::new(at).join(law));
+                ["fixtures/law-template", "crates/model/src/law/laws"].map(|at| Path::new(at).join(law));
             copy.take(&file(text(&from)), &to, &mut written);
         }
         for (path, _, _) in CHANGES {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use asperity_model::keys::{KEYS, Key};
+use asperity_model::scenario::keys::{KEYS, Key};
 use asperity_runlog::{RunReader, Topics, partial_path};
 use asperity_testkit::folder;
 

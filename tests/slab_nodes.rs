@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 
 use crate::slab::COARSE;
 use crate::support::binary::{ends, outcome, rows, run, succeed, text, with_sets};

@@ -9,7 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use asperity_model::{Scenario, ScenarioSource, builtin};
+use asperity_model::scenario::builtin;
+use asperity_model::{Scenario, ScenarioSource};
 use page::Page;
 use serde_json::Value;
 

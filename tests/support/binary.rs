@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use asperity_model::builtin;
+use asperity_model::scenario::builtin;
 use asperity_runlog::partial_path;
 use asperity_testkit::read_log;
 

@@ -11,7 +11,7 @@ use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, Logs};
 use asperity_diff::{CompareError, Compared, Settings, compare, page, summary as screen};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_model::text;
+use asperity_model::scenario::text;
 use asperity_run::{Checked, OpenLog};
 use clap::{Args, ValueEnum};
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::stability::FEWEST_NUCLEATION_BLOCKS;
-use asperity_model::text::short;
+use asperity_model::scenario::text::short;
+use asperity_model::theory::stability::FEWEST_NUCLEATION_BLOCKS;
 use asperity_model::{Plan, Preview, Scenario, Stability, Warning};
 use asperity_record::counted;
 
@@ -150,7 +150,8 @@ pub(crate) fn folded<'a>(runs: impl IntoIterator<Item = (String, &'a [Warning])>
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Preview, Warning, resolve};
+    use asperity_model::resolve;
+    use asperity_model::{Preview, Warning};
 
     use super::{folded, lines, ranges};
 

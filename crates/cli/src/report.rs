@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::text;
+use asperity_model::scenario::text;
 use asperity_numbers::Summarizer;
 use asperity_numbers::claim::Claim;
 use asperity_report::{

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::of_one_run::{Kind, Target};
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;

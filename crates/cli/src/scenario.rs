@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_model::keys::{AS_CODED, AS_STATED};
-use asperity_model::{Scenario, ScenarioSource, builtin};
+use asperity_model::scenario::builtin;
+use asperity_model::scenario::keys::{AS_CODED, AS_STATED};
+use asperity_model::{Scenario, ScenarioSource};
 use asperity_run::{Opened, check};
 use asperity_runlog::RunReader;
 use asperity_study::given::Given;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
-use asperity_model::text;
+use asperity_model::scenario::text;
 use asperity_study::emit::{Array, Job, USUAL_TASKS, UnderWay, Word, arrays};
 use asperity_study::results::{parse_ranges, ranges};
 use asperity_study::segment::this_node;

@@ -23,8 +23,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use asperity_model::text::Lines;
-use asperity_model::typed;
+use asperity_model::scenario::text::Lines;
+use asperity_model::scenario::typed;
 use asperity_record::Role;
 use asperity_record::bounds::check_toml;
 use serde::Deserialize;

@@ -1,7 +1,7 @@
 //! Contact laws: how a contact sticks, slides, and changes between the two.
 //!
 //! This is the interface; a law is a file of the folder `laws` and a line of the list in
-//! [`crate::laws`]. It defines what happens at one contact; solvers loop over all contacts, compiled for
+//! [`crate::law::laws`]. It defines what happens at one contact; solvers loop over all contacts, compiled for
 //! each law ([`WithLaw`]), so a law touches no solver.
 //!
 //! A contact has `D` tangential freedoms: one along a chain or a slab, two over an area. Forces and
@@ -15,6 +15,10 @@
 //! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
 //! heat, but for what it radiates ([`ContactLaw::radiation_kg_per_s`]); energy is stored in friction springs
 //! alone.
+
+pub mod junctions;
+pub mod laws;
+pub mod rate_and_state;
 
 use std::hint::select_unpredictable;
 

@@ -1,10 +1,20 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
-use crate::course::{ContactCourse, Course};
-use crate::ends::EndBond;
-use crate::initial_state::InitialState;
-use crate::lattice::Lattice;
-use crate::laws::Law;
+pub mod course;
+pub(crate) mod derive;
+pub(crate) mod disorder;
+pub(crate) mod given_state;
+pub mod initial;
+pub mod initial_state;
+pub mod load;
+pub mod slab;
+pub(crate) mod splitmix;
+
+use crate::body::ends::EndBond;
+use crate::body::lattice::Lattice;
+use crate::law::laws::Law;
+use crate::plan::course::{ContactCourse, Course};
+use crate::plan::initial_state::InitialState;
 use asperity_record::{Scales, TimeGrid};
 
 /// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
@@ -120,7 +130,7 @@ pub struct Drive {
 /// A driving spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveSpring {
-    /// The block, counted from 0; of a lattice, the node, in the order of [`crate::lattice`].
+    /// The block, counted from 0; of a lattice, the node, in the order of [`crate::body::lattice`].
     pub block: usize,
     /// `K_n`.
     pub stiffness_n_per_m: f64,

@@ -4,18 +4,38 @@
 //! Run logs carry its serialised form, and the scenario hash is computed from it, so the order and
 //! names of the fields are part of the log format. `resolve.rs` resolves it.
 
+pub(crate) mod as_coded;
+pub mod builtin;
+pub(crate) mod choices;
+pub(crate) mod defaults;
+pub(crate) mod exact;
+pub mod files;
+pub(crate) mod implausible;
+pub(crate) mod key;
+pub mod keys;
+pub(crate) mod meaning;
+pub(crate) mod profile;
+pub(crate) mod resolve;
+pub(crate) mod rules;
+pub(crate) mod show;
+pub mod source;
+pub(crate) mod suggest;
+pub mod text;
+pub mod typed;
+pub(crate) mod warnings;
+
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{DriveKind, ParameterSet, Reattach};
-use crate::elastic::gaps;
-pub use crate::keys::{
+use crate::body::elastic::gaps;
+use crate::law::laws::Law;
+use crate::law::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
+use crate::scenario::choices::{DriveKind, ParameterSet, Reattach};
+pub use crate::scenario::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
     Recording, Slider, Time, Window,
 };
-use crate::laws::Law;
-use crate::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
 
-/// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
+/// A resolved scenario. See [`KEYS`](crate::scenario::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]

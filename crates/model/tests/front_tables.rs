@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use asperity_model::front::Front;
+use asperity_model::theory::front::Front;
 
 /// The rows of a table: its numbers, NaN where a cell has none.
 fn rows(name: &str) -> Vec<Vec<f64>> {

@@ -2,7 +2,7 @@
 //!
 //! A barrier is the last block of `prestress.from_blocks`: the prestress is even on both sides of it.
 
-use asperity_model::front::{Front, relative_prestress};
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_record::Direction;
 
 use crate::fronts::{crossing_s, passages, unit_m};

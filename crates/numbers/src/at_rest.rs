@@ -93,7 +93,9 @@ pub(crate) fn poisson_ratio(run: &RunEvents, states: &States) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, resolve, slab};
+    use asperity_model::Plan;
+    use asperity_model::plan::slab;
+    use asperity_model::resolve;
     use asperity_record::FieldRecord;
 
     use super::{asymmetry, poisson_ratio, shear_beta, shear_of_first_block};

@@ -2,8 +2,8 @@
 //!
 //! To add one: a function and an entry.
 
-use asperity_model::analytic::LengthLaw;
-use asperity_model::front::{Front, relative_prestress};
+use asperity_model::theory::analytic::LengthLaw;
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_record::WindowRecord;
 
 use crate::curve::{Curve, CurveKeys, Role, curves};

@@ -1,6 +1,6 @@
 //! Curves and points of a run: the basis of the numbers, and of figures and tables.
 
-use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
+use asperity_model::theory::analytic::{self, LengthLaw, LengthLawParameters};
 use asperity_record::{Rupture, SlipEvent, WindowRecord};
 
 use crate::estimate::{Estimate, line, root_mean_square};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::front::{Front, relative_prestress};
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_record::{Arrival, Direction, magnitude};
 
 use crate::precursors::{PrecursorRules, among_ruptures};

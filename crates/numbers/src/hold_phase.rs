@@ -1,6 +1,6 @@
 //! Numbers of a run before and after its drive stops.
 
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 
 use crate::curves::{PrecursorPoint, precursor_points};
 use crate::precursors::{self, Precursor};

@@ -55,7 +55,7 @@ fn stiffness_that_holds_block_1_n_per_m(plan: &Plan) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use asperity_model::Plan;
-    use asperity_model::chain::Stiffness;
+    use asperity_model::body::chain::Stiffness;
 
     use super::stiffness_that_holds_block_1_n_per_m;
     use crate::made_up;

@@ -4,9 +4,9 @@
 //! To add one: an entry, with its unit last in its name, and behind `=` the variant of
 //! [`Of`](crate::of::Of) that holds what it is taken of. Its comment is its meaning on every page.
 
-use asperity_model::analytic::LengthLaw::{Balance, InitialShear, Linear, Screened, Tilted};
-use asperity_model::analytic::{self, LengthLawParameters, LoadCurve};
-use asperity_model::front;
+use asperity_model::theory::analytic::LengthLaw::{Balance, InitialShear, Linear, Screened, Tilted};
+use asperity_model::theory::analytic::{self, LengthLawParameters, LoadCurve};
+use asperity_model::theory::front;
 use asperity_record::{SlipEvent, WindowRecord};
 
 use crate::arrest::{self, Arrest};

@@ -79,7 +79,8 @@ pub fn speeds_along_rows_m_per_s(plan: &asperity_model::Plan, spacings: f64) -> 
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, resolve};
+    use asperity_model::Plan;
+    use asperity_model::resolve;
 
     use super::{Waves, speeds_along_rows_m_per_s};
 

@@ -1,6 +1,6 @@
 //! Accumulates the summary of a run from its records and events.
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Plan, Scenario};
 use asperity_record::{
     Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, SlipEvent, StepRecord,

@@ -1,6 +1,6 @@
 //! Single numbers that set a run beside a theory, for the list of numbers.
 
-use asperity_model::analytic::{self, LengthLaw, LoadCurve};
+use asperity_model::theory::analytic::{self, LengthLaw, LoadCurve};
 use asperity_record::WindowRecord;
 
 use crate::curves::{PrecursorPoint, line_beside_law, precursor_points, ring_down};
@@ -115,7 +115,7 @@ pub(crate) fn load_curve_error(run: &RunEvents, loads: &[Load]) -> Option<f64> {
 pub(crate) fn initial_shear_error(run: &RunEvents, states: &States) -> Option<f64> {
     let fields = states.first()?;
     let plan = &run.plan;
-    let expected = asperity_model::initial::shear_profile(
+    let expected = asperity_model::plan::initial::shear_profile(
         run.scenario.initial_shear.beta,
         &plan.normal_load_n,
         plan.spacing_m,
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn the_load_curve_is_compared_up_to_the_dynamic_coefficient() {
         let mut run = made_up::run("time.duration_s = 5", &[]);
-        let curve = asperity_model::analytic::LoadCurve::of(&run.scenario).unwrap().points();
+        let curve = asperity_model::theory::analytic::LoadCurve::of(&run.scenario).unwrap().points();
         let record = |driving_force_n: f64, step: u64, time_s: f64| {
             let step = quiet_step(step, time_s, 0.0);
             Load::from(&StepRecord { driving_force_n, normal_load_n: 400.0, ..step })

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_model::{Scenario, resolve};
+use asperity_model::Scenario;
+use asperity_model::resolve;
 use asperity_numbers::{Summarizer, Summary, text};
 use asperity_record::{
     Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,

@@ -9,7 +9,7 @@ use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, PairBy};
 use asperity_diff::{Settings, compare, page, policy::Policy, summary};
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::text;
+use asperity_model::scenario::text;
 use asperity_numbers::Summarizer;
 use asperity_run::{OpenLog, Reading, Verdict, at_once};
 use pyo3::prelude::*;

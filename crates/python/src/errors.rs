@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
-use asperity_model::source::ScenarioError;
+use asperity_model::scenario::source::ScenarioError;
 use asperity_model::{ResolveError, ScenarioErrors};
 use asperity_run::{Checked, RunError, StatesError, Unread, Verdict};
 use pyo3::exceptions::PyTypeError;

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use asperity_model::{Plan, Scenario as Resolved, ScenarioSource, builtin, source};
+use asperity_model::scenario::builtin;
+use asperity_model::source;
+use asperity_model::{Plan, Scenario as Resolved, ScenarioSource};
 use asperity_numbers::Summary;
 use asperity_record::counted;
 use asperity_report::html::markup::text;

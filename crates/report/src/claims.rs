@@ -1,6 +1,6 @@
 //! Claims on a page: the score, the lines beside a figure or a run, and the table of all.
 
-use asperity_model::keys::KEYS;
+use asperity_model::scenario::keys::KEYS;
 use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
 use asperity_numbers::claims::{Kind, Speaker, Verdict};

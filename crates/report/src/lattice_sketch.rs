@@ -199,7 +199,8 @@ fn diagonals(view: &View, [columns, lanes, rows]: [usize; 3]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, resolve};
+    use asperity_model::Plan;
+    use asperity_model::resolve;
 
     use super::sketch;
 

@@ -1,8 +1,8 @@
 //! The parameters of scenarios, with symbols and units.
 
 use asperity_model::Scenario;
-use asperity_model::keys::{KEYS, Key};
-use asperity_model::laws::FrictionLaw;
+use asperity_model::law::laws::FrictionLaw;
+use asperity_model::scenario::keys::{KEYS, Key};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::keys::Key;
+use asperity_model::scenario::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::{Summary, front_speed_m_per_s};
 use serde::Serialize;

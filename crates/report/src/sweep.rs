@@ -1,7 +1,7 @@
 //! The page of a parameter study: its axes, its figures, and a table of its runs.
 
 use asperity_model::Scenario;
-use asperity_model::keys::{KEYS, Key};
+use asperity_model::scenario::keys::{KEYS, Key};
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;

@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_detect_rupture::{Links, RuptureDetector};
-use asperity_model::text::{self, Lines};
-use asperity_model::{Plan, Scenario, typed};
+use asperity_model::scenario::text::{self, Lines};
+use asperity_model::scenario::typed;
+use asperity_model::{Plan, Scenario};
 use asperity_record::bounds::check_toml;
 use asperity_record::{Contacts, EventKind, Parts, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
-use asperity_model::laws::FrictionLaw;
+use asperity_model::law::laws::FrictionLaw;
 use asperity_model::{EVENT_SPEED_RATIO, Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, Notice, Observer, Record, RunEnd, RunHeader, RunStatus};
 use asperity_record::{SolverReport, StepRecord};

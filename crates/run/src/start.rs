@@ -14,7 +14,7 @@ use std::time::SystemTime;
 use crate::check::check;
 use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
-use asperity_model::files::UnfitState;
+use asperity_model::scenario::files::UnfitState;
 use asperity_model::{Files, Plan, RecordingPlan, Scenario, Texts};
 use asperity_record::RunHeader;
 use asperity_record::bounds::LONGEST_STATE_BYTES;

@@ -23,14 +23,14 @@ use asperity_record::Energy;
 
 use crate::adaptive::equations::{Equations, Outside, Place, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
-use crate::counters::Counters;
-use crate::ledger::Sum;
-use crate::pace::{Pace, Snapshot};
-use crate::recorder::Recorder;
-use crate::single_step::Driving;
-use crate::solver::{Next, SimulationError, Solver};
-use crate::state::SliderState;
-use crate::stop::{Stop, steps_between_looks};
+use crate::energy::ledger::Sum;
+use crate::records::counters::Counters;
+use crate::records::pace::{Pace, Snapshot};
+use crate::records::recorder::Recorder;
+use crate::records::solver::{Next, SimulationError, Solver};
+use crate::records::stop::{Stop, steps_between_looks};
+use crate::step::single_step::Driving;
+use crate::step::state::SliderState;
 
 /// The solver's name in run headers and on the command line.
 pub(crate) const NAME: &str = "adaptive";

@@ -39,16 +39,20 @@
 //! windows would leave the two apart undetermined, and there are none ([`Radiated::Apart`]). The work of the drive needs
 //! sums, over the steps, of the displacements of the driven blocks, which windows and jumps have in closed form.
 
+pub(crate) mod instability_stop;
+pub(crate) mod lattice_energy;
+pub(crate) mod ledger;
+
 use asperity_model::Plan;
-use asperity_model::elastic::Chain;
-use asperity_model::ends::absorbing_kg_per_s;
+use asperity_model::body::elastic::Chain;
+use asperity_model::body::ends::absorbing_kg_per_s;
 use asperity_record::Energy;
 
-use crate::cost::span_steps;
+use crate::energy::ledger::{Ledger, Span};
 use crate::kernels::{self, Changing, Forms, Held, StepWork, Stored};
-use crate::ledger::{Ledger, Span};
-use crate::state::SliderState;
-use crate::strength::Ramp;
+use crate::leap::cost::span_steps;
+use crate::step::state::SliderState;
+use crate::step::strength::Ramp;
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
 const NEGLIGIBLE: f64 = 1e-10;

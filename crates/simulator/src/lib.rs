@@ -34,80 +34,47 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! In reading order:
+//! The rooms, in reading order:
 //!
-//! - [`solver`](Solver), `kind`: what a solver is, and which there are; `stop`: a request to return.
-//! - `state`, `strength`: the inputs of a step, and the strength of contacts under the load of a step.
-//! - `pace`: a [`Snapshot`], the slider with the accounts of its solver; `given_start` leaves it to another run.
-//! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
-//!   law (`law`); `kernels` below it has the loops over all blocks.
-//! - `junctions`: the step of contacts that consist of many junctions.
-//! - `energy` and `ledger`: the balance of the work of the drive.
-//! - `instability_stop`: ends a run whose time step itself adds too much energy.
-//! - `recorder`: what is recorded and when, for all solvers; `counters`: the statistics of a run.
-//! - `plain`: takes every step.
-//! - `fast`: the loop that alternates single steps with leaps. A chain leaps by `window` and
-//!   `chebyshev` while some blocks slide, and by `rest` where nothing moves; all bodies leap by `jump` while
-//!   all contacts stick: a chain with `modes` or, if it is long, `standing_waves` and
-//!   `nonuniform_cosines`, a lattice with `slow_modes`. `clearance` and `norms` are the last and the first
-//!   part of their certificates. `cost` decides whether leaps pay.
+//! - `step`: one step, equation by equation (`stepper`), for any body and contact law; the state and the strength
+//!   of contacts that are its inputs; contacts of many junctions; `plain`, which takes every step. `kernels` below
+//!   it has the loops over all blocks.
+//! - `energy`: the balance of the work of the drive, its `ledger`, and the stop of a run whose time step itself
+//!   adds too much energy.
+//! - `records`: what a solver is, which there are, what is recorded and when, for all of them; counters,
+//!   a [`Snapshot`] of a solver, and a request to return ([`Stop`]).
+//! - `leap`: `fast`, the loop that alternates single steps with leaps. A chain leaps by `window` and `chebyshev`
+//!   while some blocks slide, and by `rest` where nothing moves; all bodies leap by `jump` while all contacts
+//!   stick. `norms` and `clearance` are the first and the last part of their certificates, `cost` decides whether
+//!   leaps pay.
+//! - `modes`: the matrix of a step and what is precomputed from it for jumps, shared by the runs of a process:
+//!   stored modes of a chain, or of a long one `standing_waves` and `nonuniform_cosines`; of a lattice `slow_modes`.
 //! - `adaptive`: steps of varying length, for friction under which nothing sticks.
-//! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
-//!   the runs of a process.
 //!
-//! Only [`asperity_model::elastic`] defines how nodes pull at each other. Nodes move, contacts
+//! Only [`asperity_model::body::elastic`] defines how nodes pull at each other. Nodes move, contacts
 //! rub; a slab and a body have contacts at their bottom alone; in a chain and a sheet every node carries one
 //! contact, and both are called *blocks* where the difference does not matter.
 
 mod adaptive;
-mod body;
-mod chebyshev;
-mod clearance;
-mod complex;
-mod cost;
-mod counters;
 mod energy;
-mod fast;
-mod given_start;
-mod instability_stop;
-mod jump;
-mod junctions;
 mod kernels;
-mod kind;
-mod lattice_energy;
-mod law;
-mod ledger;
+mod leap;
 mod modes;
-mod nonuniform_cosines;
-mod norms;
-mod operator_cache;
-mod pace;
-mod plain;
-mod propagator;
-mod recorder;
-mod rest;
-mod single_step;
-mod slow_modes;
-mod solver;
-mod standing_waves;
-mod state;
-mod stepper;
-mod stop;
-mod strength;
-mod window;
+mod records;
+mod step;
 
 pub use adaptive::{AdaptiveState, Crossing};
-pub use counters::Counters;
-pub use instability_stop::MOST_SCHEME_SHARE;
-pub use junctions::JunctionState;
-pub use kind::SolverKind;
-pub use ledger::{Ledger, Span, Sum};
-pub use norms::Norms;
-pub use pace::{Pace, Snapshot};
-pub use plain::Plain;
-pub use recorder::{contact_loads_n, fields};
-pub use single_step::Driving;
-pub use solver::{Next, SimulationError, Solver};
-pub use state::SliderState;
-pub use stop::Stop;
-pub use strength::threshold_n;
+pub use energy::instability_stop::MOST_SCHEME_SHARE;
+pub use energy::ledger::{Ledger, Span, Sum};
+pub use leap::norms::Norms;
+pub use records::counters::Counters;
+pub use records::kind::SolverKind;
+pub use records::pace::{Pace, Snapshot};
+pub use records::recorder::{contact_loads_n, fields};
+pub use records::solver::{Next, SimulationError, Solver};
+pub use records::stop::Stop;
+pub use step::junctions::JunctionState;
+pub use step::plain::Plain;
+pub use step::single_step::Driving;
+pub use step::state::SliderState;
+pub use step::strength::threshold_n;

@@ -20,13 +20,20 @@
 //! coordinates by their product, which must be the identity to within [`DEFECT`]. A chain that fails has
 //! no stored modes, as at critical damping, where two modes coincide.
 
+pub(crate) mod complex;
+pub(crate) mod nonuniform_cosines;
+pub(crate) mod operator_cache;
+pub(crate) mod propagator;
+pub(crate) mod slow_modes;
+pub(crate) mod standing_waves;
+
 use std::sync::Arc;
 
-use asperity_model::ends::EndBond;
+use asperity_model::body::ends::EndBond;
 
-use crate::complex::Complex;
 use crate::kernels;
-use crate::propagator::Propagator;
+use crate::modes::complex::Complex;
+use crate::modes::propagator::Propagator;
 
 /// Largest deviation of modes times coordinates from the identity.
 const DEFECT: f64 = 1e-11;

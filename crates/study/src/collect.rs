@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_model::keys::KEYS;
+use asperity_model::scenario::keys::KEYS;
 use asperity_numbers::Summary;
 use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
 use asperity_tables::table_files::TableFiles;

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use asperity_figures::draw::Figures;
-use asperity_model::analytic::LengthLaw;
-use asperity_model::text::Lines;
-use asperity_model::typed;
+use asperity_model::scenario::text::Lines;
+use asperity_model::scenario::typed;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_record::bounds::check_toml;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::{fs, io};
 
 use asperity_files::open;
-use asperity_model::keys::KEYS;
+use asperity_model::scenario::keys::KEYS;
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 
 use crate::{plan, runs};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::ScenarioSource;
-use asperity_model::keys::AS_STATED;
+use asperity_model::scenario::keys::AS_STATED;
 
 use crate::runs::Named;
 use crate::study::{Grid, Study};

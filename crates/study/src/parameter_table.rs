@@ -1,6 +1,6 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
-use asperity_model::keys::KEYS;
+use asperity_model::scenario::keys::KEYS;
 use asperity_numbers::Number;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;

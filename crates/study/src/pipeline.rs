@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::{Caption, files_of};
 use asperity_model::among;
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;

@@ -13,8 +13,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use asperity_figures::Figure;
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
-use asperity_model::files::UnfitState;
-use asperity_model::keys::Key;
+use asperity_model::scenario::files::UnfitState;
+use asperity_model::scenario::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_PLAN_BYTES};
 use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};

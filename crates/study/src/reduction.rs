@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use asperity_figures::draw::Gathering;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::Summary;
 use asperity_numbers::claim::{self, Claim};
 use asperity_numbers::claims::{self, Measured};

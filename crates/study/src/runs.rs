@@ -7,7 +7,8 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_model::{Files, Scenario, ScenarioSource, builtin, find};
+use asperity_model::scenario::builtin;
+use asperity_model::{Files, Scenario, ScenarioSource, find};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::counted;
 use asperity_run::study::Job;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use asperity_figures::{Family, Figure};
-use asperity_model::text;
+use asperity_model::scenario::text;
 use asperity_record::Cell;
 use asperity_record::bounds::MOST_RUNS;
 use asperity_run::Opened;

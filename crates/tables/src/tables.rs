@@ -1,6 +1,6 @@
 //! The tables that a run is reduced to.
 
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::curves::{PrecursorPoint, precursor_points, residuals as residuals_of, rupture_points};
 use asperity_numbers::precursors::{self, Precursor, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;

@@ -1,6 +1,7 @@
 //! Built-in scenarios with overrides.
 
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::scenario::builtin;
+use asperity_model::{Plan, Scenario, ScenarioSource};
 
 /// A built-in scenario with overrides, each `KEY=VALUE`, and its plan. It is as coded unless it or an
 /// override names another parameter set: the events that tests expect are those of the thesis' program.

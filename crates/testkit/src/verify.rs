@@ -280,8 +280,9 @@ fn fields(event: &Event) -> Vec<(String, serde_json::Value)> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::keys::KEYS;
-    use asperity_model::{Plan, resolve};
+    use asperity_model::Plan;
+    use asperity_model::resolve;
+    use asperity_model::scenario::keys::KEYS;
     use asperity_record::Direction::{self, Attach, Detach};
     use asperity_record::StepRecord;
 

@@ -281,7 +281,7 @@ pub fn pipeline(text: &[u8]) {
 
 /// The tables of a log that is sound except for the changes by the input.
 pub fn tables(script: &[u8]) {
-    use asperity_model::analytic::LengthLaw;
+    use asperity_model::theory::analytic::LengthLaw;
     use asperity_numbers::precursors::PrecursorRules;
     use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::Collector;

@@ -1,6 +1,7 @@
 //! Sheets and bodies: whole runs of the fast solver beside single steps, and what three dimensions cost.
 
-use asperity_model::{Plan, RecordingPlan, resolve};
+use asperity_model::resolve;
+use asperity_model::{Plan, RecordingPlan};
 use asperity_record::Record;
 use asperity_simulator::{Counters, SolverKind};
 

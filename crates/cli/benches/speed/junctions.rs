@@ -1,7 +1,8 @@
 //! Contacts of junctions: single steps of a chain beside the law applied to every junction, and of chain and slab beside
 //! Amontons-Coulomb contacts.
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_testkit::DirectChain;
 
 use crate::{ROUNDS, first_steps, median, seconds};

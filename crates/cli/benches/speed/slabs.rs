@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, compiled, first_steps, median, printed, seconds};

@@ -1,6 +1,6 @@
 //! How fast the front of one rupture ran from block to block, beside the wave speed and the theory.
 
-use asperity_model::front::{Front, relative_prestress};
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_numbers::front_speeds_m_per_s;
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;

@@ -2,7 +2,7 @@
 //! contacts as lines. Below, how far the marks are from their lines; or, where the theory does not
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
-use asperity_model::front::{self, Front};
+use asperity_model::theory::front::{self, Front};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 

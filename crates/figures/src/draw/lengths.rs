@@ -5,7 +5,7 @@
 //! after that bear another mark, and the line is dashed beyond the load reached by then. Over an area each precursor
 //! has a disc as well: the share of all contacts that slid, `A_p / A`, beside its length in columns.
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};

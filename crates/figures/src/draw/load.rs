@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_model::analytic::LoadCurve;
+use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
 

@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 
 use asperity_files::FileSet;
 use asperity_model::Scenario;
-use asperity_model::analytic::LengthLaw;
-use asperity_model::text;
+use asperity_model::scenario::text;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;

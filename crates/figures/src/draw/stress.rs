@@ -8,7 +8,7 @@
 //! - `onset`: `tau_n` when the first precursor starts, with (5.45) and the exact decay of the discrete chain (Figures
 //!   5.19, 5.20).
 
-use asperity_model::analytic;
+use asperity_model::theory::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
 use asperity_numbers::curve_list::{along, by_mm};
 use asperity_numbers::curves::pull_ratio;

@@ -1,9 +1,9 @@
 //! A figure as understood: what is drawn without asking for more than the tables of the study.
 
 use asperity_model::Scenario;
-use asperity_model::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
-use asperity_model::front::Front;
 use asperity_model::plan::Plan;
+use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
+use asperity_model::theory::front::Front;
 use asperity_record::Cell;
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_model::keys::{KEYS, Kind as KeyKind};
+use asperity_model::scenario::keys::{KEYS, Kind as KeyKind};
 use asperity_model::{among, suggestion};
 use asperity_numbers::Number;
 use asperity_record::{Cell, unit_of};

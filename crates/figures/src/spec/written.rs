@@ -1,6 +1,6 @@
 //! A figure of runs over axes as a study writes it. The comments on the keys are what `docs/figures.md` says of them.
 
-use asperity_model::analytic::LengthLaw;
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::quantile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

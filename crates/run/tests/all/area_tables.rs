@@ -4,7 +4,8 @@
 //! never re-blessed: if one differs, this program is wrong until shown otherwise.
 
 use asperity_detect::{Change, Slip, SlipRules, SlipTracker};
-use asperity_model::{Plan, RecordingPlan, resolve};
+use asperity_model::resolve;
+use asperity_model::{Plan, RecordingPlan};
 use asperity_record::{Extent, Record};
 use asperity_simulator::SolverKind;
 

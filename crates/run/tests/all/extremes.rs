@@ -2,9 +2,10 @@
 //! range, alone, in pairs and by sixes. A width of 5e-324 m used to be accepted, and the log of its
 //! run was damaged; with a load of 5e-324 N no log could be written.
 
-use asperity_model::keys::{KEYS, Kind};
-use asperity_model::laws::FrictionLaw;
-use asperity_model::{Plan, Scenario, resolve};
+use asperity_model::law::laws::FrictionLaw;
+use asperity_model::resolve;
+use asperity_model::scenario::keys::{KEYS, Kind};
+use asperity_model::{Plan, Scenario};
 use asperity_run::{Begin, LogTo, RunError, Task, Verdict, check, run};
 use asperity_testkit::{Random, folder};
 

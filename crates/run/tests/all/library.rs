@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use asperity_model::{Scenario, resolve};
+use asperity_model::Scenario;
+use asperity_model::resolve;
 use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEvent, StepRecord, payload};
 use asperity_run::detectors::{Settings, TopicError};
 use asperity_run::study::{Job, Stored};

@@ -1,6 +1,7 @@
 //! A preview, computed without a run, agrees with runs while nothing slides.
 
-use asperity_model::{Preview, resolve};
+use asperity_model::Preview;
+use asperity_model::resolve;
 use asperity_record::Record;
 use asperity_run::{Begin, Observer, Task, run};
 

@@ -33,7 +33,7 @@
 //! the step's error is not finite, and a shorter one is tried.
 
 use asperity_model::Plan;
-use asperity_model::rate_and_state::{RateAndState, asinh_of_exp};
+use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 
 /// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
 /// take.

@@ -1,11 +1,11 @@
 //! What a checkpoint saves of the adaptive solver.
 
 use asperity_model::Plan;
-use asperity_model::initial_state::CarriedStep;
+use asperity_model::plan::initial_state::CarriedStep;
 use serde::{Deserialize, Serialize};
 
 use crate::adaptive::equations::{ENERGIES, Equations};
-use crate::ledger::Sum;
+use crate::energy::ledger::Sum;
 
 /// Length of the first step, over the time in which the drive moves by `Dc`.
 const FIRST_STEP: f64 = 1e-6;

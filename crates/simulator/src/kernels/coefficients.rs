@@ -1,4 +1,4 @@
-//! The coefficients of terms ([`crate::chebyshev`]), advanced step by step.
+//! The coefficients of terms ([`crate::leap::chebyshev`]), advanced step by step.
 
 use crate::kernels::simd::kernel;
 

@@ -159,12 +159,13 @@ fn rubbed_work_of<const D: usize, const SLID: bool>(moved: &MovedContacts<'_, D>
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::laws::{FrictionLaw, SpringsOverArea};
-    use asperity_model::{mixed, resolve};
+    use asperity_model::law::laws::{FrictionLaw, SpringsOverArea};
+    use asperity_model::mixed;
+    use asperity_model::resolve;
 
     use super::{MovedContacts, Rubbed};
     use crate::kernels::{self, After, by_all};
-    use crate::law::{ContactLoops, Loops, loops};
+    use crate::step::law::{ContactLoops, Loops, loops};
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
         (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()

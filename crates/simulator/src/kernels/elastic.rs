@@ -1,9 +1,9 @@
 //! The pull between the nodes of a chain, and the invariant of the scheme.
 //!
-//! The stencil is defined in [`asperity_model::elastic`]; here it is compiled for every instruction set.
+//! The stencil is defined in [`asperity_model::body::elastic`]; here it is compiled for every instruction set.
 //! The kernels that build on these are for chains as well.
 
-use asperity_model::elastic::Chain;
+use asperity_model::body::elastic::Chain;
 
 use crate::kernels::simd::kernel;
 

@@ -4,7 +4,7 @@
 
 use std::hint::select_unpredictable;
 
-use asperity_model::elastic::Chain;
+use asperity_model::body::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
 use crate::kernels::simd::kernel;

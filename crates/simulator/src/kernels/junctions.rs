@@ -1,4 +1,4 @@
-//! The drag and the pull of junctions on all contacts ([`crate::junctions`]), and which contacts need a visit.
+//! The drag and the pull of junctions on all contacts ([`crate::step::junctions`]), and which contacts need a visit.
 
 use std::hint::select_unpredictable;
 

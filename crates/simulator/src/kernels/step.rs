@@ -3,7 +3,7 @@
 
 use std::hint::select_unpredictable;
 
-use asperity_model::elastic::Chain;
+use asperity_model::body::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude, memory_of};
 
 use crate::kernels::simd::kernel;
@@ -141,13 +141,13 @@ kernel! {
 mod tests {
     use std::sync::Arc;
 
-    use asperity_model::elastic::Chain;
-    use asperity_model::laws::FrictionLaw;
+    use asperity_model::body::elastic::Chain;
+    use asperity_model::law::laws::FrictionLaw;
     use asperity_model::{Scenario, ScenarioSource};
 
     use super::{After, Blocks};
     use crate::kernels::by_all;
-    use crate::law::{ChainLoops, loops};
+    use crate::step::law::{ChainLoops, loops};
 
     /// Pseudo-random numbers, the same on every machine.
     fn noise(seed: u64, count: usize) -> Vec<f64> {

@@ -4,8 +4,8 @@
 use std::hint::select_unpredictable;
 use std::ops::Range;
 
-use asperity_model::elastic::Chain;
-use asperity_model::ends::EndBond;
+use asperity_model::body::elastic::Chain;
+use asperity_model::body::ends::EndBond;
 
 use crate::kernels::simd::{kernel, sign};
 

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_record::Direction;
 use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 

@@ -1,10 +1,10 @@
 //! Where ruptures stop behind a barrier, and when slow ones are over, beside tables of an independent program
 //! (`fixtures/reference/fronts`) and closed forms. More of both is claimed by `cargo xtask reproduce front-speed`.
 //!
-//! Units are those of `crates/model/src/front.rs`: `a`, `sqrt(m / k)` and `(mu_s - mu_d) p`.
+//! Units are those of `crates/model/src/theory/front.rs`: `a`, `sqrt(m / k)` and `(mu_s - mu_d) p`.
 
 use asperity_model::Plan;
-use asperity_model::front::{Front, relative_prestress};
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_record::Record;
 use asperity_simulator::SolverKind;
 use asperity_testkit::{plan, reference};

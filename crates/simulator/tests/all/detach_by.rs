@@ -1,6 +1,7 @@
 //! Contacts that detach by the force of their friction springs: speeds of fronts, and the step of each detachment.
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_simulator::{Plain, SolverKind};
 use asperity_testkit::plan;
 

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use asperity_model::Plan;
-use asperity_model::ends::{EndBond, absorbed_reflection};
+use asperity_model::body::ends::{EndBond, absorbed_reflection};
 use asperity_record::Energy;
 use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 use asperity_testkit::{Random, plan};

@@ -1,8 +1,9 @@
 //! Fronts with radiation beside their theory, and beside the speeds that an independent program found
 //! (`fixtures/reference/fronts`).
 
-use asperity_model::front::Front;
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
+use asperity_model::theory::front::Front;
 use asperity_simulator::SolverKind;
 use asperity_testkit::reference;
 

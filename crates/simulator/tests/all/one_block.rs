@@ -7,7 +7,7 @@
 //! `z = E / (2 sqrt(K m))`.
 
 use asperity_model::Plan;
-use asperity_model::laws::FrictionLaw;
+use asperity_model::law::laws::FrictionLaw;
 use asperity_record::{Direction, StepRecord};
 use asperity_simulator::SolverKind;
 

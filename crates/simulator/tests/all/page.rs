@@ -1,7 +1,7 @@
 //! The equations of docs/slab.md and docs/area.md literally, one bond and one contact after the other, beside the plain
 //! stepper.
 
-use asperity_model::lattice::Bond;
+use asperity_model::body::lattice::Bond;
 use asperity_model::{Lattice, Plan};
 use asperity_record::Direction;
 use asperity_simulator::{Plain, Solver};

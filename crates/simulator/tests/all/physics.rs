@@ -1,6 +1,7 @@
 //! Physical laws for any parameters, tested with the plain stepper on small chains and short times.
 
-use asperity_model::{Plan, analytic};
+use asperity_model::Plan;
+use asperity_model::theory::analytic;
 use asperity_record::{Direction, Record, WindowRecord};
 use asperity_simulator::{Plain, Solver, SolverKind};
 use asperity_testkit::plan;

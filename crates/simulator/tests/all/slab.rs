@@ -1,6 +1,7 @@
 //! Slabs, compared with an independent implementation bond by bond, and with physical laws.
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_record::Direction;
 use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 use asperity_testkit::SMALL_SLAB;

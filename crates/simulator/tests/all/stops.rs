@@ -1,6 +1,7 @@
 //! A stop ends a call after bounded work, and changes nothing.
 
-use asperity_model::{Plan, resolve};
+use asperity_model::Plan;
+use asperity_model::resolve;
 use asperity_record::Record;
 use asperity_simulator::{Next, SolverKind, Stop};
 

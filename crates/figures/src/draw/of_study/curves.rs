@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters};
 use asperity_numbers::quantile;
 use asperity_record::Cell;
 use plotters::prelude::RGBColor;

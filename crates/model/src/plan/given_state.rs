@@ -1,0 +1,488 @@
+//! States at the start that a scenario gives: the rules of `[initial]`, tables and logs, and whether a state can be one
+//! of the slider.
+
+use std::fmt::{self, Write};
+
+use asperity_record::MOST_STEPS;
+
+use crate::plan::initial::given;
+use crate::plan::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
+use crate::plan::{Plan, RecordingPlan};
+use crate::scenario::Scenario;
+use crate::scenario::files::Reading;
+use crate::scenario::profile::{Wrong, columns, is_by_block};
+use crate::scenario::rules::Refusal;
+
+/// The columns of a table.
+const COLUMNS: [&str; 4] = ["displacement_m", "velocity_m_per_s", "stick_position_m", "slides"];
+
+/// The lists of a state, in the order of the columns of a table.
+const LISTS: [&str; 4] = [
+    "initial.displacement_m",
+    "initial.velocity_m_per_s",
+    "initial.stick_position_m",
+    "initial.sliding_blocks",
+];
+
+impl Scenario {
+    /// The keys that a run shares with the one in whose state it begins, and their values as written.
+    pub fn keys_of_states(&self) -> Vec<(String, String)> {
+        self.state_keys().into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
+    /// The first of these keys that has another value than in [`Scenario::keys_of_states`] of another run: the key,
+    /// the value there, and the one here.
+    pub fn differs_in(&self, there: &[(String, String)]) -> Option<(&'static str, String, String)> {
+        self.state_keys().into_iter().find_map(|(key, here)| {
+            let (_, there) = there.iter().find(|(name, _)| name == key)?;
+            (*there != here).then(|| (key, there.clone(), here))
+        })
+    }
+
+    fn state_keys(&self) -> [(&'static str, String); 13] {
+        let (slider, friction) = (&self.slider, &self.friction);
+        [
+            ("slider.blocks", slider.blocks.to_string()),
+            ("slider.across", slider.across.to_string()),
+            ("slider.rows", slider.rows.to_string()),
+            ("slider.length_m", slider.length_m.to_string()),
+            ("slider.width_m", slider.width_m.to_string()),
+            ("slider.height_m", slider.height_m.to_string()),
+            ("slider.mass_kg", slider.mass_kg.to_string()),
+            ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
+            ("slider.left_end", format!("{:?}", slider.left_end.word())),
+            ("slider.right_end", format!("{:?}", slider.right_end.word())),
+            ("friction.law", format!("{:?}", friction.law.word())),
+            ("friction.junction_count", friction.junction_count.to_string()),
+            ("time.step_s", format!("{:e}", self.time.step_s)),
+        ]
+    }
+}
+
+/// Hashes what is written.
+struct Hashing(blake3::Hasher);
+
+impl Write for Hashing {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.update(text.as_bytes());
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// A BLAKE3 hash, hexadecimal, of what moves the slider: the plan without its start, its end, and what is recorded.
+    /// Only within one version of the program are equal plans sure to have equal hashes.
+    pub fn motion_hash(&self) -> String {
+        let mut motion = Plan {
+            steps: 0,
+            recording: RecordingPlan::default(),
+            initial: InitialState::default(),
+            ..self.clone()
+        };
+        // They follow from the start.
+        motion.drive.offset_m = 0.0;
+        motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
+        motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
+        let mut hashing = Hashing(blake3::Hasher::new());
+        // Numbers are written so that other bits give another text.
+        write!(hashing, "{motion:?}").expect("a hash takes any text");
+        hashing.0.finalize().to_hex().to_string()
+    }
+}
+
+/// Checks the keys of `[initial]` against each other and the slider.
+pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
+    let (initial, slider) = (&scenario.initial, &scenario.slider);
+    let mut refused = Vec::new();
+    let mut refuse = |key, problem: String, accepted: &str| refused.push((key, problem, accepted.to_owned()));
+    let of_log = !initial.from.is_empty() || !initial.state.is_empty();
+    if !initial.is_given() {
+        if initial.at_s != 0.0 {
+            let accepted = "0, or a state in initial.from, initial.state_csv or initial.displacement_m";
+            refuse(
+                "initial.at_s",
+                format!("{} is the time of a state, and none is given", initial.at_s),
+                accepted,
+            );
+        }
+        return refused;
+    }
+    if of_log {
+        for (key, is_there) in [
+            ("initial.state_csv", !initial.state_csv.is_empty()),
+            ("initial.displacement_m", initial.has_lists()),
+        ] {
+            if is_there {
+                refuse(
+                    key,
+                    "the state is that of a log already".to_owned(),
+                    "none, or no initial.from and initial.state",
+                );
+            }
+        }
+        return refused;
+    }
+    let lists = "a chain with interfacial-springs, rigid or velocity-weakening; initial.from for others";
+    let key = if initial.state_csv.is_empty() { "initial.displacement_m" } else { "initial.state_csv" };
+    if slider.is_lattice() {
+        let what = scenario.elastic().table.name;
+        refuse(key, format!("a row for each block does not give the state of a {what}"), lists);
+    }
+    if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
+        let law = scenario.friction.law.word();
+        refuse(
+            key,
+            format!("contacts with friction.law = {law:?} have more state than these columns"),
+            lists,
+        );
+    }
+    if initial.has_lists() && initial.displacement_m.is_empty() {
+        refuse(
+            "initial.displacement_m",
+            "none, beside other lists of a state".to_owned(),
+            "one for each block",
+        );
+    }
+    let is_next = |at: usize| {
+        let (block, before) =
+            (initial.sliding_blocks[at], at.checked_sub(1).map(|at| initial.sliding_blocks[at]));
+        block.fract() == 0.0
+            && block <= f64::from(slider.blocks)
+            && before.is_none_or(|before| before < block)
+    };
+    if let Some(at) = (0..initial.sliding_blocks.len()).find(|at| !is_next(*at)) {
+        let problem = format!("entry {} is {}", at + 1, initial.sliding_blocks[at]);
+        refuse(
+            "initial.sliding_blocks",
+            problem,
+            &format!("ascending whole numbers from 1 to {}", slider.blocks),
+        );
+    }
+    refused
+}
+
+/// Reads the state from its log or its table, unless the scenario holds it.
+pub(crate) fn read(scenario: &mut Scenario, reading: &mut Reading<'_>) {
+    let overrides = |key: &str| reading.entries.overrides(key, "initial.state");
+    if overrides("initial.from") || (overrides("initial.at_s") && !scenario.initial.from.is_empty()) {
+        scenario.initial.state.clear();
+    }
+    let has_newer_table = reading.entries.overrides("initial.state_csv", LISTS[0]);
+    let initial = &mut scenario.initial;
+    let [u, v, anchors, sliding] = LISTS;
+    if has_newer_table {
+        for list in LISTS.into_iter().filter(|list| reading.entries.overrides(list, LISTS[0])) {
+            let problem = "a list beside a table, which has it as a column".to_owned();
+            reading.errors.push(reading.error(list, problem, "none, or no initial.state_csv".to_owned()));
+        }
+    }
+    if !initial.from.is_empty() && initial.state.is_empty() {
+        let read = reading.files("initial.from", &initial.from).and_then(|files| {
+            files.state(scenario).map_err(|unfit| reading.error(unfit.key, unfit.problem, unfit.accepted))
+        });
+        match read {
+            Ok(state) => scenario.initial.state = state,
+            Err(error) => reading.errors.push(error),
+        }
+    } else if !initial.state_csv.is_empty() && (has_newer_table || !initial.has_lists()) {
+        let lists = [
+            (u, &mut initial.displacement_m),
+            (v, &mut initial.velocity_m_per_s),
+            (anchors, &mut initial.stick_position_m),
+            (sliding, &mut initial.sliding_blocks),
+        ];
+        let blocks = scenario.slider.blocks as usize;
+        let accepted = format!("a CSV file with the header {} and a row for each block", COLUMNS.join(","));
+        reading.lists(("initial.state_csv", &initial.state_csv), lists, |text| rows(text, blocks), accepted);
+    }
+}
+
+/// Parses the columns of a table, of the last one the blocks that slide; the error is the line number and a description.
+fn rows(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], Wrong> {
+    let (lines, mut columns) = columns(text, COLUMNS, true)?;
+    if let Some(n) = columns[3].iter().position(|slides| ![0.0, 1.0].contains(slides)) {
+        return Err((lines[n], format!("slides is {}, not 0 or 1", columns[3][n])));
+    }
+    is_by_block(&lines, blocks)?;
+    let sliding = (1..).zip(&columns[3]).filter(|(_, slides)| **slides != 0.0);
+    columns[3] = sliding.map(|(block, _)| f64::from(block)).collect();
+    Ok(columns)
+}
+
+/// Checks that the state that a scenario gives can be one of its slider. For scenarios that obey all rules.
+pub(crate) fn check(scenario: &Scenario) -> Option<Refusal> {
+    let initial = &scenario.initial;
+    let written = [
+        ("initial.from", &initial.from),
+        ("initial.state", &initial.state),
+        ("initial.state_csv", &initial.state_csv),
+    ];
+    let key = written
+        .into_iter()
+        .find(|(_, text)| !text.is_empty())
+        .map_or("initial.displacement_m", |(key, _)| key);
+    let accepted = "a state of this slider, of a step before the end of the run";
+    let refuse = |problem: String| Some((key, problem, accepted.to_owned()));
+    let given = match given(scenario) {
+        Ok(None) => return None,
+        Ok(Some(given)) => given,
+        Err(problem) => return refuse(format!("no state can be read from initial.state: {problem}")),
+    };
+    let keys = given.carried.as_ref().map(|carried| &*carried.keys).unwrap_or_default();
+    if let Some((key, found, wanted)) = scenario.differs_in(keys) {
+        return Some((
+            key,
+            format!("{wanted}, and the state in initial.state is of a run with {found}"),
+            format!("{found}, or in initial.from the log of a run with {wanted}"),
+        ));
+    }
+    let plan = Plan::without_given_state(scenario);
+    let is_of_log = !initial.state.is_empty();
+    if is_of_log && initial.at_s != 0.0 && plan.grid.nearest_step(initial.at_s) != given.step {
+        let time_s = plan.grid.time_s(given.step);
+        return Some((
+            "initial.at_s",
+            format!("{}, and the state in initial.state is that at {time_s} s", initial.at_s),
+            format!("{time_s}, or no initial.state, so that initial.from is read"),
+        ));
+    }
+    if given.step >= plan.steps {
+        return Some((
+            "time.duration_s",
+            format!("the run begins at {} s on its clock", plan.grid.time_s(given.step)),
+            format!("a number above {}, the end on that clock", plan.grid.time_s(given.step)),
+        ));
+    }
+    if let Err(problem) = fits(&given, &plan) {
+        return refuse(problem);
+    }
+    let moves = |n: usize| given.velocity_m_per_s[n] != 0.0;
+    let detached = given.carried.map(|carried| carried.detached).unwrap_or_default();
+    let is_stuck = |n: &usize| detached.binary_search(&(*n as u64)).is_err();
+    let moving = (0..plan.blocks).find(|n| plan.friction.law.holds() && is_stuck(n) && moves(*n));
+    moving
+        .and_then(|n| refuse(format!("block {} moves, and blocks that stick without springs do not", n + 1)))
+}
+
+/// Whether it can be the state of a plan: sizes, steps, and what refers to contacts and junctions.
+fn fits(given: &InitialState, plan: &Plan) -> Result<(), String> {
+    let (blocks, freedoms) = (plan.blocks, plan.elastic.freedoms());
+    let tangential = plan.elastic.tangential_axes() * blocks;
+    // Lists may leave out the anchors of a chain.
+    let is_left_out = given.stick_position_m.is_empty() && plan.elastic.as_chain().is_some();
+    let anchors = if is_left_out { tangential } else { given.stick_position_m.len() };
+    let sizes = [
+        ("displacements", given.displacement_m.len(), freedoms),
+        ("velocities", given.velocity_m_per_s.len(), freedoms),
+        ("anchors", anchors, tangential),
+        ("states", given.state.len(), plan.friction.evolution_effects.len()),
+    ];
+    if let Some((what, found, needed)) = sizes.into_iter().find(|(_, found, needed)| found != needed) {
+        return Err(format!("it has {found} {what}, and the slider {needed}"));
+    }
+    let Some(carried) = &given.carried else { return Err("it does not say what slides".to_owned()) };
+    let none_or = |found: usize, needed: usize| found == 0 || found == needed;
+    let are_contacts =
+        |contacts: &[u64]| contacts.is_sorted_by(|a, b| a < b) && contacts.iter().all(|n| *n < blocks as u64);
+    let up_to_now = |steps: &[u64]| steps.iter().all(|step| *step <= given.step);
+    let just = &carried.just_detached;
+    let fits = are_contacts(&carried.detached)
+        && just.iter().all(|n| carried.detached.binary_search(n).is_ok())
+        && just.is_sorted_by(|a, b| a < b)
+        && (tangential > blocks || just.is_empty())
+        && none_or(carried.normal_load_n.len(), blocks)
+        && carried.normal_load_n.iter().all(|load_n| *load_n >= 0.0)
+        && none_or(carried.stuck_since_step.len(), blocks)
+        && up_to_now(&carried.stuck_since_step)
+        && carried.memory.len().is_multiple_of(blocks)
+        && (carried.hold_step == u64::MAX || carried.hold_step <= MOST_STEPS)
+        && carried.drive.iter().all(|drive| [drive.point_m, drive.offset_m].iter().all(|x| x.is_finite()))
+        && carried.solver.iter().all(|solver| solver_fits(given, plan, carried, solver));
+    if !fits {
+        return Err("it contradicts itself".to_owned());
+    }
+    match (plan.friction.law.junctions(), &carried.junctions) {
+        (None, None) => Ok(()),
+        (Some(law), Some(junctions)) if junctions_fit(junctions, blocks * law.count, given.step) => Ok(()),
+        _ => Err("its junctions are not those of the law".to_owned()),
+    }
+}
+
+/// Whether it can be that of the plan, or is of another motion and not used.
+fn solver_fits(given: &InitialState, plan: &Plan, carried: &Carried, solver: &CarriedSolver) -> bool {
+    if solver.motion != plan.motion_hash() {
+        return true;
+    }
+    let (blocks, axes) = (plan.blocks, plan.elastic.tangential_axes());
+    let forces = match plan.elastic.as_chain() {
+        Some(_) => blocks,
+        None => axes * carried.just_detached.len(),
+    };
+    let ages = plan.friction.ageing.is_some() && !plan.elastic.has_foundation();
+    solver.sliding as usize <= blocks
+        && solver.tangential_force_n.len() == forces
+        && solver.aged_threshold_n.len() == if ages { blocks } else { 0 }
+        && solver.adaptive.is_some() == plan.friction.law.rate_and_state().is_some()
+        && solver.adaptive.iter().all(|(speed, step)| *speed >= 0.0 && step_fits(step, plan, given.step))
+}
+
+fn junctions_fit(junctions: &CarriedJunctions, count: usize, step: u64) -> bool {
+    let [[broken, pinned], [broken_before, pinned_before]] = junctions.totals;
+    let breaks = junctions.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
+    let slipping = junctions.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
+    [junctions.anchor_m.len(), junctions.slips_until_step.len(), junctions.breaks.len()] == [count; 3]
+        && junctions.breaks.iter().all(|breaks| *breaks <= step)
+        && junctions.slips_until_step.iter().all(|until| *until == 0 || *until > step)
+        && breaks == Some(broken)
+        && pinned.checked_add(slipping) == breaks
+        && broken_before <= broken
+        && pinned_before <= pinned
+        && broken_before.checked_sub(pinned_before).is_some_and(|slipping| slipping <= count as u64)
+}
+
+fn step_fits(open: &CarriedStep, plan: &Plan, step: u64) -> bool {
+    let ([total_s, rest_s], [step_s, next_s]) = (open.time_s, open.lengths_s);
+    let ahead = |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEPS && *block < plan.blocks as u64;
+    let crossings = || open.crossing_steps.iter().zip(&open.crossing_blocks);
+    total_s >= 0.0
+        && rest_s.abs() <= 1e-6 * total_s
+        && total_s + rest_s <= plan.grid.time_s(step) * (1.0 + 1e-12)
+        && step_s >= 0.0
+        && next_s > 0.0
+        && open.unknowns.len() == 3 * plan.blocks
+        && open.crossing_steps.len() == open.crossing_blocks.len()
+        && crossings().all(ahead)
+        && crossings().is_sorted_by(|a, b| a < b)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::plan::initial_state::InitialState;
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    use super::{COLUMNS, rows};
+
+    fn resolve(sets: &[&str]) -> Result<Scenario, String> {
+        let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
+        let source = sets.iter().fold(source, |source, set| source.with_override(set));
+        Scenario::resolve_with(&source, &crate::Texts).map_err(|errors| errors.to_string())
+    }
+
+    #[test]
+    fn a_table_has_a_row_for_each_block() {
+        let header = COLUMNS.join(",");
+        let columns = rows(&format!("{header}\n1e-6,0,2e-6,0\n\n 3e-6, -0.5, 0, 1 \n"), 2).unwrap();
+        assert_eq!(columns, [vec![1e-6, 3e-6], vec![0.0, -0.5], vec![2e-6, 0.0], vec![2.0]]);
+        for (text, expected) in [
+            ("u,v\n", (1, "the header is \"u,v\"")),
+            (&format!("{header}\n1,2,3\n"), (2, "\"1,2,3\" is not a row of 4 numbers")),
+            (
+                &format!("{header}\n1,2,nan,0\n"),
+                (2, "stick_position_m of \"1,2,nan,0\" is not a finite number"),
+            ),
+            (&format!("{header}\n1,2,3,0.5\n"), (2, "slides is 0.5, not 0 or 1")),
+            (&format!("{header}\n1,2,3,0\n"), (2, "1 row for 2 blocks")),
+        ] {
+            assert_eq!(rows(text, 2), Err((expected.0, expected.1.to_owned())));
+        }
+    }
+
+    #[test]
+    fn lists_give_the_state_and_the_clock() {
+        let lists = ["initial.displacement_m=[1e-6,0,0]", "initial.at_s=0.25", "initial.sliding_blocks=[2]"];
+        let plan = Plan::new(&resolve(&lists).unwrap());
+        assert_eq!(plan.initial.step, 25_000_000);
+        assert_eq!(plan.initial.displacement_m, [1e-6, 0.0, 0.0]);
+        assert_eq!(plan.initial.velocity_m_per_s, [0.0; 3]);
+        assert_eq!(plan.drive_point_m(plan.initial.step, u64::MAX), 2.5e-5);
+        // Anchors that hold the blocks: block 1 is pulled by its neighbour and by the drive.
+        let held_n = plan.friction.interfacial_stiffness_n_per_m * (1e-6 - plan.initial.stick_position_m[0]);
+        let pull_n = -plan.elastic.stiffness_n_per_m * 1e-6 + 8e5 * (2.5e-5 - 1e-6);
+        assert!((held_n - pull_n).abs() < 1e-9 * pull_n.abs(), "{held_n} against {pull_n}");
+        let at_rest = resolve(&[]).unwrap();
+        assert_eq!(resolve(&["time.start=at-rest"]).unwrap().hash(), at_rest.hash());
+        assert_ne!(resolve(&lists).unwrap().hash(), at_rest.hash());
+    }
+
+    #[test]
+    fn states_that_cannot_be_are_refused() {
+        let none = "initial.displacement_m: ";
+        for (sets, expected) in [
+            (&["initial.displacement_m=[1,2]"][..], format!("{none}2 numbers for 3 blocks")),
+            (&["initial.velocity_m_per_s=[0,0,1]"], format!("{none}none, beside other lists of a state")),
+            (
+                &["initial.displacement_m=[0,0,0]", "initial.sliding_blocks=[2,1]"],
+                "initial.sliding_blocks: entry 2 is 1 (accepted: ascending whole numbers from 1 to 3)"
+                    .to_owned(),
+            ),
+            (
+                &["initial.displacement_m=[0,0,0]", "initial.at_s=1"],
+                "time.duration_s: the run begins at 1 s on its clock (accepted: a number above 1".to_owned(),
+            ),
+            (
+                &["friction.law=rigid", "initial.displacement_m=[0,0,0]", "initial.velocity_m_per_s=[0,1,0]"],
+                format!("{none}block 2 moves, and blocks that stick without springs do not"),
+            ),
+            (
+                &["friction.law=junctions", "initial.displacement_m=[0,0,0]"],
+                format!(
+                    "{none}contacts with friction.law = \"junctions\" have more state than these columns"
+                ),
+            ),
+            (
+                &["slider.rows=2", "slider.height_m=0.05", "initial.displacement_m=[0,0,0]"],
+                format!("{none}a row for each block does not give the state of a slab"),
+            ),
+            (
+                &["initial.from=a.mcap"],
+                "initial.from: \"a.mcap\" is the log of a run, and logs are not".to_owned(),
+            ),
+            (
+                &["initial.state=x"],
+                "initial.state: no state can be read from initial.state: it does".to_owned(),
+            ),
+            (&["initial.at_s=0.5"], "initial.at_s: 0.5 is the time of a state, and none is given".to_owned()),
+        ] {
+            let error = resolve(sets).unwrap_err();
+            assert!(error.contains(&expected), "{sets:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn texts_of_states_are_exact_and_checked() {
+        let plan = Plan::new(&resolve(&["initial.displacement_m=[0.1,1e-300,-0.0]"]).unwrap());
+        let text = plan.initial.to_text();
+        let read = InitialState::from_text(&text).unwrap();
+        assert_eq!((&read, read.displacement_m[2].to_bits()), (&plan.initial, (-0.0_f64).to_bits()));
+        let set = format!("initial.state='{text}'");
+        assert_eq!(Plan::new(&resolve(&[&set]).unwrap()).initial, plan.initial);
+        // Any change of a character is found.
+        for at in 0..text.len() {
+            let mut changed = text.clone().into_bytes();
+            changed[at] ^= 1;
+            let changed = String::from_utf8(changed).unwrap();
+            assert!(InitialState::from_text(&changed).is_err(), "{changed}");
+        }
+        // With a right checksum, what it says must fit.
+        for (old, new) in [
+            ("\"hold_step\":18446744073709551615", "\"hold_step\":18446744073709551614"),
+            ("\"detached\":\"\"", "\"detached\":\"Aw==\""),
+            ("\"just_detached\":\"\"", "\"just_detached\":\"AA==\""),
+            ("\"stuck_since_step\":\"\"", "\"stuck_since_step\":\"AQEB\""),
+            ("\"normal_load_n\":\"\"", "\"normal_load_n\":\"AAAAAAAA8D8=\""),
+            (
+                "\"junctions\":null",
+                "\"junctions\":{\"anchor_m\":\"\",\"slips_until_step\":\"\",\"breaks\":\"\",\"totals\":[[0,0],[0,0]]}",
+            ),
+            ("\"velocity_m_per_s\":\"AAAAAAAA", "\"velocity_m_per_s\":\"AAAAAAAA8H8AAAAAAAA"),
+            ("\"state\":\"\"", "\"state\":\"AAAAAAAA8D8=\""),
+        ] {
+            let json = text.split_once(' ').unwrap().1;
+            assert!(json.contains(old), "{old} is not in {json}");
+            let forged = json.replace(old, new);
+            let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
+            let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
+            assert!(error.contains("initial.state: "), "{new}: {error}");
+        }
+    }
+}

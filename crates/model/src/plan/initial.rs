@@ -1,0 +1,435 @@
+//! The state of the slider before its first step.
+
+use crate::body::chain::{SteadyLoading, Stiffness};
+use crate::body::elastic::gaps;
+use crate::body::lattice::Lattice;
+use crate::law::rate_and_state::RateAndState;
+use crate::plan::initial_state::{Carried, CarriedDrive, InitialState};
+use crate::plan::{Drive, Plan};
+use crate::scenario::Scenario;
+use asperity_record::TimeGrid;
+
+/// The state at time 0 of a run that starts at rest.
+pub(crate) fn state(
+    scenario: &Scenario,
+    elastic: &Lattice,
+    spacing_m: f64,
+    springs_n_per_m: &[f64],
+    drive: &Drive,
+    normal_load_n: &[f64],
+    prestress_n: &[f64],
+) -> InitialState {
+    let (nodes, freedoms) = (elastic.nodes(), elastic.freedoms());
+    // Displacements whose spring forces equal the profile, from u_1 = 0; in other bodies there is none.
+    let u = elastic.as_chain().map_or_else(
+        || vec![0.0; freedoms],
+        |chain| chain.displacements_m(&shear_n(scenario, normal_load_n, spacing_m)),
+    );
+
+    // Each friction spring balances the pull of the neighbouring blocks.
+    // The drive's springs pull as well: their elongation is measured from the undeformed grid.
+    let mut pull = elastic.tangential_force_n(&u);
+    for spring in &drive.springs {
+        pull[spring.block] += spring.force_n(0.0, u[spring.block]);
+    }
+    for (pull, prestress) in pull.iter_mut().zip(prestress_n) {
+        *pull += prestress;
+    }
+    // Without a foundation all nodes are contacts, and all their freedoms tangential.
+    let anchor = |n: usize| {
+        let kt = springs_n_per_m[n % springs_n_per_m.len()];
+        if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] }
+    };
+    let stick_position_m = (0..freedoms).map(anchor).collect();
+
+    let amplitude = scenario.initial_velocity.amplitude_m_per_s;
+    let mode = f64::from(scenario.initial_velocity.mode);
+    let velocity_m_per_s = (0..freedoms)
+        .map(|n| {
+            if amplitude == 0.0 {
+                return 0.0;
+            }
+            let phase = std::f64::consts::PI * mode * (n as f64 + 0.5) / nodes as f64;
+            amplitude * libm::cos(phase)
+        })
+        .collect();
+    InitialState { displacement_m: u, velocity_m_per_s, stick_position_m, ..InitialState::default() }
+}
+
+/// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
+/// stiffnesses hold the same forces.
+pub(crate) fn anchor_junctions(
+    initial: &mut InitialState,
+    contact_stiffness_n_per_m: &[f64],
+    kt_n_per_m: f64,
+) {
+    let anchors = initial.stick_position_m.iter_mut().zip(&initial.displacement_m);
+    for ((anchor, u), stiffness) in anchors.zip(contact_stiffness_n_per_m) {
+        *anchor = u - kt_n_per_m / stiffness * (u - *anchor);
+    }
+}
+
+/// The requested initial shear of every block. The last block takes the negative of the sum of the
+/// others, so that the shear adds up to 0.
+pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
+    let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
+    for ((tau, ratio), p) in tau0.iter_mut().zip(&scenario.initial_shear.profile).zip(normal_load_n) {
+        *tau += ratio * p;
+    }
+    tau0
+}
+
+/// The constant external force on each block; empty where there is none.
+pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
+    let prestress = &scenario.prestress;
+    let gaps = gaps(normal_load_n.len()) as f64;
+    let of = |n: usize| {
+        let first = if n == 0 { prestress.first_block_ratio } else { 0.0 };
+        let rise = prestress.rise_ratio * (n as f64 / gaps);
+        let listed = prestress.profile.get(n).copied().unwrap_or(0.0);
+        let steps = prestress.from_blocks.partition_point(|from| *from <= (n + 1) as f64);
+        let step = steps.checked_sub(1).map_or(0.0, |last| prestress.from_blocks_ratio[last]);
+        (prestress.ratio + first + rise + step + listed) * normal_load_n[n]
+    };
+    let forces: Vec<f64> = (0..normal_load_n.len()).map(of).collect();
+    if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
+}
+
+/// The amplitude of (5.50), the sum of its two sources.
+pub(crate) fn beta(scenario: &Scenario) -> f64 {
+    scenario.initial_shear.beta + poisson_beta(scenario)
+}
+
+/// The amplitude of (5.50) that prevented lateral expansion causes: `4 nu L_z / L_x`.
+///
+/// Under the normal load a free slider with Poisson's ratio `nu` would expand along `x` by the
+/// strain `nu F_N / (E L_x L_y)`. Friction prevents that, which leaves a compressive force
+/// `nu F_N L_z / L_x` through the middle cross-section. The friction on either half balances it,
+/// and the profile (5.50) gives `beta F_N / 4` for that friction. The shear is therefore
+/// proportional to the load, and the amplitude is independent of it.
+fn poisson_beta(scenario: &Scenario) -> f64 {
+    let slider = &scenario.slider;
+    4.0 * scenario.initial_shear.poisson_ratio * slider.height_m / slider.length_m
+}
+
+/// Share of its static threshold that the first block has reached when a run starts loaded.
+const LOADED: f64 = 0.999;
+
+/// Advances the start of a plan to just before the first detachment. The stuck chain follows the
+/// drive in steady motion, lag by damping included; this is the part of the stick phase that does
+/// not depend on how it began.
+pub(crate) fn start_loaded(plan: &mut Plan) {
+    // Other bodies begin at rest.
+    let Some(chain) = plan.elastic.as_chain() else { return };
+    let stiffness = Stiffness::of(plan, &chain);
+    let steady = SteadyLoading::of(plan, &stiffness, plan.advance_m(0, u64::MAX));
+    let anchors = plan.initial.stick_position_m.clone();
+    let mut position_m = vec![0.0; plan.blocks];
+    // The first step starts from these positions.
+    steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
+    let mut steps = plan.steps as f64 - 1.0;
+    for n in 0..plan.blocks {
+        let kt = plan.friction.springs_n_per_m[n];
+        let (force, rate) = (kt * (position_m[n] - anchors[n]), kt * steady.advance_m[n]);
+        let room = LOADED * plan.friction.static_threshold_n[n];
+        if force.abs() >= room {
+            return;
+        }
+        if rate != 0.0 {
+            steps = steps.min(if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate });
+        }
+    }
+    let stop = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    let step = (steps as u64).min(stop);
+    if step == 0 {
+        return;
+    }
+    let displacement_m = position_m.iter().zip(&steady.advance_m).map(|(a, b)| a + step as f64 * b).collect();
+    plan.initial = InitialState {
+        step,
+        displacement_m,
+        velocity_m_per_s: steady.velocity_m_per_s,
+        stick_position_m: anchors,
+        ..InitialState::default()
+    };
+}
+
+/// The state that a scenario gives, as a text or in lists; `None` if its start follows from other keys. Anchors that
+/// are not listed are left out.
+///
+/// # Errors
+/// What is wrong with the text.
+pub(crate) fn given(scenario: &Scenario) -> Result<Option<InitialState>, String> {
+    let initial = &scenario.initial;
+    if !initial.state.is_empty() {
+        return InitialState::from_text(&initial.state).map(Some);
+    }
+    if initial.displacement_m.is_empty() {
+        return Ok(None);
+    }
+    let or_zeros = |values: &[f64]| match values {
+        [] => vec![0.0; initial.displacement_m.len()],
+        values => values.to_vec(),
+    };
+    Ok(Some(InitialState {
+        step: TimeGrid::new(scenario.time.step_s).nearest_step(initial.at_s),
+        displacement_m: initial.displacement_m.clone(),
+        velocity_m_per_s: or_zeros(&initial.velocity_m_per_s),
+        stick_position_m: initial.stick_position_m.clone(),
+        state: Vec::new(),
+        carried: Some(Box::new(Carried::sliding(
+            initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
+        ))),
+    }))
+}
+
+/// Begins a plan in a given state. Its clock goes on, and so does the drive point: with another velocity from where
+/// it is. A drive that has stopped at a load stays where it stopped as long as that load is the one to stop at.
+pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
+    let step = given.step;
+    plan.initial = given;
+    let Some(mut carried) = plan.initial.carried.take() else { return };
+    // What the solver knows of another motion is wrong for this one: thresholds, symmetry, the step in progress.
+    carried.solver = carried.solver.filter(|solver| solver.motion == plan.motion_hash());
+    let planned = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    let stop = |drive: &CarriedDrive| drive.until_load_ratio == plan.drive.until_load_ratio;
+    let goes_on = plan.drive.until_load_ratio.is_some() && carried.drive.as_ref().is_some_and(stop);
+    carried.hold_step = if goes_on { carried.hold_step } else { planned };
+    if let Some(from) = &carried.drive {
+        // A drive without changes gives that point to the bit.
+        plan.drive.offset_m = from.offset_m;
+        if plan.drive_point_m(step, carried.hold_step) != from.point_m {
+            plan.drive.offset_m = 0.0;
+            plan.drive.offset_m = from.point_m - plan.drive_point_m(step, carried.hold_step);
+        }
+        if from.rest_m.len() == plan.drive.springs.len() {
+            plan.drive
+                .springs
+                .iter_mut()
+                .zip(&from.rest_m)
+                .for_each(|(spring, rest_m)| spring.rest_m = *rest_m);
+        }
+    }
+    match carried.drive.as_ref().filter(|from| from.ends_m.len() == plan.end_bonds.len()) {
+        Some(from) => {
+            plan.end_bonds.iter_mut().zip(&from.ends_m).for_each(|(bond, rest_m)| bond.rest_m = *rest_m);
+        }
+        None => {
+            for bond in &mut plan.end_bonds {
+                bond.rest_m = bond.stretch(&plan.initial.displacement_m);
+            }
+        }
+    }
+    if plan.initial.stick_position_m.is_empty() {
+        // Friction springs that hold their blocks where they are.
+        let u = &plan.initial.displacement_m;
+        let mut pull_n = plan.elastic.tangential_force_n(u);
+        let at_start = [u, &plan.initial.velocity_m_per_s].map(|values| &values[..]);
+        plan.add_outside_n(&mut pull_n, at_start, step, carried.hold_step);
+        let anchor = |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
+        let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
+        plan.initial.stick_position_m = springs.map(anchor).collect();
+    }
+    plan.initial.carried = Some(carried);
+}
+
+/// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the
+/// velocity of the drive, `theta = D_c / V_l`.
+///
+/// Loaded, every block moves at `V = V_l e^x`, and springs and drive balance the friction at that velocity and the
+/// damping `E V`: `M u = tau_p - F - E V`, with `M` the stiffness of chain and drive. The kick `x` must be in `u`:
+/// one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are at rest with relaxed springs.
+pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
+    let drive_m_per_s = plan.drive.velocity_m_per_s;
+    let effects = &plan.friction.evolution_effects;
+    plan.initial.state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
+    let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
+    let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
+    let mut pull_n: Vec<f64> = plan
+        .loads_n(0, u64::MAX)
+        .iter()
+        .zip(&plan.initial.state)
+        .map(|(p, state)| {
+            -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
+        })
+        .collect();
+    for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
+        *pull += prestress;
+    }
+    chain.stuck(&vec![0.0; plan.blocks], &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
+    plan.initial.stick_position_m.clone_from(&pull_n);
+    plan.initial.displacement_m = pull_n;
+    plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];
+}
+
+/// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.
+pub fn shear_profile(beta: f64, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
+    let length_m = spacing_m * gaps(normal_load_n.len()) as f64;
+    normal_load_n
+        .iter()
+        .enumerate()
+        .map(|(n, p)| beta * p * (2.0 * (n as f64 * spacing_m) / length_m - 1.0))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    fn plan(sets: &[&str]) -> Plan {
+        let source =
+            sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
+        Plan::new(&Scenario::resolve_with(&source, &crate::Texts).unwrap_or_else(|errors| panic!("{errors}")))
+    }
+
+    #[test]
+    fn expansion_pushes_through_the_middle_as_much_as_friction_holds() {
+        let plan =
+            plan(&["initial_shear.poisson_ratio=0.35", "normal_load.total_n=800", "slider.blocks=1000"]);
+        let u = &plan.initial.displacement_m;
+        let middle_n = plan.elastic.stiffness_n_per_m * (u[500] - u[499]);
+        let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
+        assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
+    }
+
+    #[test]
+    fn a_prestress_steps_at_blocks_and_stuck_blocks_bear_anything() {
+        let plan = plan(&[
+            "slider.blocks=5",
+            "prestress.ratio=0.1",
+            "prestress.from_blocks=[2,4]",
+            "prestress.from_blocks_ratio=[0.3,-0.2]",
+            "friction.stuck_blocks=[1,5]",
+        ]);
+        let ratio =
+            |of: &[f64]| -> Vec<f64> { of.iter().map(|force| (force / 80.0 * 1e6).round() / 1e6).collect() };
+        assert_eq!(ratio(&plan.prestress_n), [0.1, 0.4, 0.4, -0.1, -0.1]);
+        let mu_s = plan.friction.static_coefficient;
+        assert_eq!(ratio(&plan.friction.static_threshold_n), [1e6, mu_s, mu_s, mu_s, 1e6]);
+    }
+
+    #[test]
+    fn a_profile_from_a_file_is_held_by_the_springs() {
+        let folder = std::env::temp_dir().join(format!("asperity-profile-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("profile.csv");
+        std::fs::write(&path, "x_over_l,tau_over_p\n0,0.2\n0.5,-0.1\n1,0.3\n").unwrap();
+        let set = format!("initial_shear.profile_csv={}", path.display());
+        let plan = plan(&[&set, "slider.blocks=9"]);
+        std::fs::remove_dir_all(&folder).unwrap();
+        for (n, ratio) in [(0, 0.2), (1, 0.125), (4, -0.1), (6, 0.1), (8, 0.3)] {
+            // The last block balances the others.
+            let anchor = plan.initial.stick_position_m[n];
+            let held =
+                plan.friction.interfacial_stiffness_n_per_m * (plan.initial.displacement_m[n] - anchor);
+            let expected = ratio * 400.0 / 9.0;
+            assert!(n == 8 || (held - expected).abs() < 1e-6, "block {n}: {held} against {expected}");
+        }
+    }
+
+    #[test]
+    fn springs_hold_the_profile_of_5_50() {
+        let source = ScenarioSource::new("test", "initial_shear.beta = 0.45\nslider.blocks = 11");
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        let p = 400.0 / 11.0;
+        for n in 0..11 {
+            let tau = plan.elastic.spring_force_n(&plan.initial.displacement_m, n);
+            let expected = 0.45 * p * (2.0 * n as f64 / 10.0 - 1.0);
+            assert!((tau - expected).abs() < 1e-9, "block {}: {tau} against {expected}", n + 1);
+            let spring = plan.friction.interfacial_stiffness_n_per_m
+                * (plan.initial.displacement_m[n] - plan.initial.stick_position_m[n]);
+            assert!((spring - expected).abs() < 1e-6, "block {}: {spring} against {expected}", n + 1);
+        }
+        assert_eq!(plan.initial.displacement_m[0], 0.0);
+    }
+
+    #[test]
+    fn a_start_in_steady_sliding_is_in_balance_with_its_friction() {
+        let cases: [&[&str]; 5] = [
+            &[],
+            &["drive.kind=top", "drive.tilt=0.5", "prestress.ratio=0.2"],
+            &["normal_load.tilt=-1", "friction.radiation_kg_per_s=1e4", "friction.initial_kick=-3"],
+            &[
+                "slider.blocks=1",
+                "friction.inertia=false",
+                "friction.radiation_kg_per_s=50",
+                "slider.relative_damping=0",
+            ],
+            &["slider.blocks=3", "friction.evolution_offsets=[0.01,-0.002,0]", "friction.evolution=slip"],
+        ];
+        for sets in cases {
+            let plan = plan(&[&["friction.law=rate-and-state"], sets].concat());
+            let (law, initial) = (plan.friction.law.rate_and_state().unwrap(), &plan.initial);
+            let (u, v) = (&initial.displacement_m, 1e-4 * law.initial_kick.exp());
+            let mut pull_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect();
+            plan.drive
+                .springs
+                .iter()
+                .for_each(|spring| pull_n[spring.block] += spring.force_n(0.0, u[spring.block]));
+            for (n, pull_n) in pull_n.iter().enumerate() {
+                let (b, p) = (plan.friction.evolution_effects[n], plan.normal_load_n[n]);
+                // f_0 + a ln(V / V_0) + b ln(V_0 / V_l).
+                let friction = 0.6 + 0.01 * (v / 1e-6).ln() - b * 100.0_f64.ln();
+                let expected_n = p * friction + law.radiation_kg_per_s * v;
+                let prestress_n = plan.prestress_n.get(n).copied().unwrap_or(0.0);
+                assert!(
+                    (pull_n + prestress_n - expected_n).abs() < 1e-8 * 400.0,
+                    "{sets:?}, block {n}: {pull_n}"
+                );
+                assert!((initial.velocity_m_per_s[n] / v - 1.0).abs() < 1e-14);
+                assert!((initial.state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
+                assert_eq!(plan.friction.static_threshold_n[n], 0.6 * p);
+            }
+            let state = initial.state.clone();
+            let rest =
+                self::plan(&[&["friction.law=rate-and-state", "time.start=at-rest"], sets].concat()).initial;
+            assert_eq!((rest.state, rest.step), (state, 0));
+            assert!(rest.displacement_m.iter().chain(&rest.velocity_m_per_s).all(|number| *number == 0.0));
+        }
+        assert!(plan(&[]).initial.state.is_empty() && plan(&[]).friction.evolution_effects.is_empty());
+    }
+
+    #[test]
+    fn prestress_is_balanced_by_the_friction_springs() {
+        let profile = format!(
+            "prestress.profile={:?}",
+            [0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2]
+        );
+        let plan = plan(&["slider.blocks=11", "normal_load.tilt=0.3", "prestress.ratio=0.1", &profile]);
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        for (n, (force, p)) in plan.prestress_n.iter().zip(&plan.normal_load_n).enumerate() {
+            assert!((force / p - (0.1 + 0.02 * n as f64)).abs() < 1e-12, "block {n}: {force}");
+            let held = kt * (plan.initial.displacement_m[n] - plan.initial.stick_position_m[n]);
+            assert!((held - force).abs() < 1e-9 * p, "block {n}: {held}");
+        }
+    }
+
+    #[test]
+    fn block_1_may_be_pushed_alone() {
+        let plan = plan(&["slider.blocks=11", "prestress.ratio=0.5", "prestress.first_block_ratio=0.2"]);
+        let ratios: Vec<f64> =
+            plan.prestress_n.iter().zip(&plan.normal_load_n).map(|(force, p)| force / p).collect();
+        assert!((ratios[0] - 0.7).abs() < 1e-12, "{ratios:?}");
+        assert!(ratios[1..].iter().all(|ratio| (ratio - 0.5).abs() < 1e-12), "{ratios:?}");
+    }
+
+    #[test]
+    fn a_prestress_may_rise_or_fall_along_the_slider() {
+        let plan = plan(&["slider.blocks=11", "prestress.ratio=0.5", "prestress.rise_ratio=-0.2"]);
+        for (n, (force, p)) in plan.prestress_n.iter().zip(&plan.normal_load_n).enumerate() {
+            assert!((force / p - (0.5 - 0.02 * n as f64)).abs() < 1e-12, "block {n}: {force}");
+        }
+    }
+
+    #[test]
+    fn a_prestress_may_come_from_a_file_as_well() {
+        let folder = std::env::temp_dir().join(format!("asperity-prestress-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("prestress.csv");
+        std::fs::write(&path, "x_over_l,tau_over_p\n0,0\n1,0.2\n").unwrap();
+        let with = plan(&["slider.blocks=11", &format!("prestress.profile_csv={}", path.display())]);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!((with.prestress_n[5] - 0.1 * with.normal_load_n[5]).abs() < 1e-12);
+        assert!(plan(&[]).prestress_n.is_empty(), "none, and none is added");
+    }
+}

@@ -1,0 +1,231 @@
+//! Checks every written value against its key and fills in defaults for the rest.
+
+use std::collections::BTreeMap;
+
+use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUDE};
+use asperity_record::unit_of;
+
+use crate::scenario::keys::{self, AS_STATED, KEYS, Key, Kind};
+use crate::scenario::keys::{WINDOW, Window};
+use crate::scenario::source::{Entries, Entry, ScenarioError, Written};
+use crate::scenario::suggest;
+use crate::scenario::typed::whole;
+
+/// Checks the written values against the key table and adds the defaults.
+pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
+    unknown_keys(&entries.values, KEYS, "", errors);
+    let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
+        Some(Written::Text(word)) => word,
+        _ => AS_STATED,
+    };
+    let mut table = toml::Table::new();
+    for key in KEYS {
+        let value = match entries.values.get(key.path) {
+            Some(entry) => checked(key, key.path, entry, errors),
+            None if key.path == "parameter_set" => Some(toml::Value::String(set.to_owned())),
+            None => key.default_in(set == keys::AS_CODED).map(keys::Value::to_toml),
+        };
+        if let Some(value) = value {
+            insert(&mut table, key.path, value);
+        }
+    }
+    let windows: Vec<toml::Value> = entries
+        .windows
+        .iter()
+        .flatten()
+        .map(|window| {
+            unknown_keys(window, Window::KEYS, "recording.window.", errors);
+            let mut table = toml::Table::new();
+            for key in Window::KEYS {
+                let path = format!("{WINDOW}.{}", key.path);
+                match window.get(key.path) {
+                    Some(entry) => {
+                        if let Some(value) = checked(key, &path, entry, errors) {
+                            table.insert(key.path.to_owned(), value);
+                        }
+                    }
+                    None => errors.push(ScenarioError {
+                        place: window.values().next().map(|entry| entry.place.clone()),
+                        key: Some(path),
+                        problem: "missing in this window".to_owned(),
+                        accepted: Some(key.kind.to_string()),
+                    }),
+                }
+            }
+            toml::Value::Table(table)
+        })
+        .collect();
+    if !windows.is_empty() {
+        insert(&mut table, WINDOW, toml::Value::Array(windows));
+    }
+    table
+}
+
+/// Most unknown keys that get a suggestion, since each search costs time.
+const MOST_GUESSED: usize = 100;
+
+fn unknown_keys(
+    values: &BTreeMap<String, Entry>,
+    known: &[Key],
+    prefix: &str,
+    errors: &mut Vec<ScenarioError>,
+) {
+    let is_known = |path: &str| known.iter().any(|key| key.path == path);
+    let unknown = values.iter().filter(|(path, _)| !is_known(path));
+    for (index, (path, entry)) in unknown.enumerate() {
+        let meant = if index < MOST_GUESSED { suggest::keys(path, known) } else { Vec::new() };
+        let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(format!("{prefix}{path}")),
+            problem: format!("unknown key, set to {}{}", entry.value, suggest::did_you_mean(&meant)),
+            accepted: Some("the keys of `asperity scenario show default`".to_owned()),
+        });
+    }
+}
+
+/// Checks one written value against its key; pushes an error if it does not fit.
+fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
+    let good = match (&entry.value, key.kind) {
+        (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
+            Some(toml::Value::Float(*value))
+        }
+        (Written::Whole(value), Kind::Number(..)) if key.kind.accepts_number(*value as f64) => {
+            Some(toml::Value::Float(*value as f64))
+        }
+        (Written::Whole(value), Kind::Count(low, high))
+            if u64::try_from(*value).is_ok_and(|count| (low..=high).contains(&count)) =>
+        {
+            Some(toml::Value::Integer(*value))
+        }
+        (Written::Number(value), Kind::Count(low, high)) => whole(*value)
+            .filter(|count| (low..=high).contains(count))
+            .and_then(|count| i64::try_from(count).ok())
+            .map(toml::Value::Integer),
+        (Written::Text(word), Kind::Word(words)) if words.contains(&word.as_str()) => {
+            Some(toml::Value::String(word.clone()))
+        }
+        (Written::Flag(flag), Kind::Flag) => Some(toml::Value::Boolean(*flag)),
+        (Written::Numbers(values), Kind::Numbers(..))
+            if values.iter().all(|value| key.kind.accepts_number(*value)) =>
+        {
+            Some(toml::Value::Array(values.iter().copied().map(toml::Value::Float).collect()))
+        }
+        (Written::Text(text), Kind::Text(most)) if !text.contains(['\n', '\r']) && text.len() <= most => {
+            Some(toml::Value::String(text.clone()))
+        }
+        _ => None,
+    };
+    let mut refuse = |problem: String, accepted: String| {
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(path.to_owned()),
+            problem,
+            accepted: Some(accepted),
+        });
+    };
+    if good.is_none() {
+        let unit = match &entry.value {
+            Written::Text(text) if is_number(key.kind) && begins_as_number(text) => {
+                how_numbers_are_written(path)
+            }
+            _ => String::new(),
+        };
+        let value = match &entry.value {
+            Written::Text(text) if text.len() > LONGEST_NAME_BYTES => {
+                format!("a text of {} bytes", text.len())
+            }
+            value => value.to_string(),
+        };
+        refuse(format!("{value} is not accepted"), format!("{}{unit}", key.kind));
+    }
+    let extreme = match &entry.value {
+        _ if good.is_none() || !is_number(key.kind) => None,
+        Written::Number(value) => unusable(key.kind, *value),
+        Written::Whole(value) => unusable(key.kind, *value as f64),
+        Written::Numbers(values) => values.iter().find_map(|value| unusable(key.kind, *value)),
+        _ => None,
+    };
+    if let Some((problem, accepted)) = extreme {
+        refuse(problem, accepted);
+        return None;
+    }
+    good
+}
+
+/// Why a number cannot be one of a key, and what is accepted.
+pub(crate) fn unusable(kind: Kind, value: f64) -> Option<(String, String)> {
+    if kind.is_usable(value) {
+        let refused = !kind.accepts_number(value);
+        return refused.then(|| (format!("{value} is not accepted"), kind.to_string()));
+    }
+    let size = if value.abs() < 1.0 { "small" } else { "large" };
+    let unless_zero = if kind.accepts_number(0.0) { " unless it is 0" } else { "" };
+    Some((
+        format!("{value:e} is too {size} to calculate with"),
+        format!("{kind}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}"),
+    ))
+}
+
+/// Whether a text is meant as a number, as `100mm` and `1,5` are.
+fn begins_as_number(text: &str) -> bool {
+    text.trim_start_matches(['-', '+', '.', ' ']).starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// How the number of a key is written, for someone who wrote its unit or a decimal comma.
+fn how_numbers_are_written(path: &str) -> String {
+    match unit_of(path) {
+        Some(unit) if unit != "1" => format!(", in {unit}, without its unit and with a decimal point"),
+        _ => ", with a decimal point".to_owned(),
+    }
+}
+
+fn is_number(kind: Kind) -> bool {
+    matches!(kind, Kind::Number(..) | Kind::Numbers(..))
+}
+
+/// Inserts a value under a dotted key.
+pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
+    match path.split_once('.') {
+        None => {
+            table.insert(path.to_owned(), value);
+        }
+        Some((section, rest)) => {
+            let inner =
+                table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new())).as_table_mut();
+            insert(inner.expect("no key is both a value and a section"), rest, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fill_in;
+    use crate::scenario::Scenario;
+    use crate::scenario::keys::KEYS;
+    use crate::scenario::keys::Window;
+    use crate::scenario::source::ScenarioSource;
+
+    #[test]
+    fn key_table_and_fields_agree() {
+        // A table with a value for every key deserialises; missing and unknown keys would both
+        // fail. Windows are filled in the same way.
+        let entries = ScenarioSource::new(
+            "test.toml",
+            "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
+        );
+        let table = fill_in(&entries.entries().unwrap(), &mut Vec::new());
+        for key in KEYS {
+            let mut without = toml::Value::Table(table.clone());
+            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+            let inner = if section.is_empty() { Some(&mut without) } else { without.get_mut(section) };
+            inner.unwrap().as_table_mut().unwrap().remove(name).unwrap();
+            assert!(without.try_into::<Scenario>().is_err(), "{} is no field", key.path);
+        }
+        let full: Scenario = toml::Value::Table(table).try_into().unwrap();
+        let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
+        assert!(
+            window.as_table().unwrap().keys().all(|key| Window::KEYS.iter().any(|known| known.path == key))
+        );
+    }
+}

@@ -1,0 +1,289 @@
+//! Warns of sliders unlike any solid and of runs in which nothing can slip, and names the unit that was
+//! probably mistaken.
+
+use std::ops::RangeInclusive;
+
+use crate::law::laws::FrictionLaw;
+use crate::scenario::Scenario;
+use crate::scenario::choices::ParameterSet;
+use crate::scenario::keys::{KEYS, Value};
+use crate::scenario::text::short;
+use crate::theory::preview::Preview;
+
+/// Densities of solids, kg/m^3: from the lightest foams and aerogels to osmium, 22,590.
+const DENSITIES: RangeInclusive<f64> = 10.0..=25_000.0;
+
+/// Young's moduli of solids, Pa: from soft gels to diamond, 1.2e12.
+const MODULI: RangeInclusive<f64> = 1e4..=1.3e12;
+
+/// Speeds of waves in solids, m/s: from a few in soft gels to 18,000 in diamond.
+const SPEEDS: RangeInclusive<f64> = 1.0..=20_000.0;
+
+/// A value must differ from its default by this factor to count as one in another unit, and be closer to it
+/// in that unit: within a factor of 100 of the default there are other sliders.
+const FAR: f64 = 100.0;
+
+/// A key, its value in a scenario, and units in which it may have been written, with their values in SI.
+type Slot = (&'static str, fn(&mut Scenario) -> &mut f64, &'static [(&'static str, f64)]);
+
+const LENGTHS: &[(&str, f64)] = &[("mm", 1e-3), ("um", 1e-6)];
+
+const SLOTS: [Slot; 7] = [
+    ("slider.length_m", |scenario| &mut scenario.slider.length_m, LENGTHS),
+    ("slider.width_m", |scenario| &mut scenario.slider.width_m, LENGTHS),
+    ("slider.height_m", |scenario| &mut scenario.slider.height_m, LENGTHS),
+    ("slider.mass_kg", |scenario| &mut scenario.slider.mass_kg, &[("g", 1e-3), ("mg", 1e-6)]),
+    (
+        "slider.youngs_modulus_pa",
+        |scenario| &mut scenario.slider.youngs_modulus_pa,
+        &[("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)],
+    ),
+    (
+        "drive.stiffness_n_per_m",
+        |scenario| &mut scenario.drive.stiffness_n_per_m,
+        &[("N/um", 1e6), ("N/mm", 1e3)],
+    ),
+    ("normal_load.total_n", |scenario| &mut scenario.normal_load.total_n, &[("mN", 1e-3)]),
+];
+
+/// How many of the first slots may all be in one unit: the lengths.
+const TOGETHER: usize = 3;
+
+/// Warns of a density, a modulus or a speed of waves that solids do not have.
+pub(crate) fn no_solid(scenario: &Scenario) -> Option<String> {
+    let outside = outside(scenario);
+    let (key, value, _) = outside.first()?;
+    let Meant { written, question } = meant(scenario).unwrap_or_else(|| Meant::nothing(key, *value));
+    let words: Vec<&str> = outside.iter().map(|(.., words)| words.as_str()).collect();
+    Some(format!("{written}: {}{question}", words.join("; ")))
+}
+
+/// Warns of a run that ends before anything can slip.
+pub(crate) fn no_slip(scenario: &Scenario, preview: &Preview) -> Option<String> {
+    if slips(scenario, preview) {
+        return None;
+    }
+    let drive = &scenario.drive;
+    // Contacts of junctions yield below their static friction.
+    let has_junctions = scenario.friction.law == FrictionLaw::Junctions;
+    let (limit, reaches) = match has_junctions {
+        true => ("its contacts' strength", "yields"),
+        false => ("static friction", "reaches its static friction"),
+    };
+    let when = match (preview.first_slip_s, preview.first_slip_block) {
+        (Some(time_s), Some(block)) => format!("block {block} {reaches} at {} s", short(time_s)),
+        (Some(time_s), None) => format!("{limit} is reached at {} s", short(time_s)),
+        (None, _) => format!("{limit} is never reached"),
+    };
+    let to_blame = match preview.first_slip_s {
+        Some(_) => ("time.duration_s", scenario.time.duration_s),
+        None if drive.hold_from_s > 0.0 => ("drive.hold_from_s", drive.hold_from_s),
+        None if drive.until_load_ratio > 0.0 => ("drive.until_load_ratio", drive.until_load_ratio),
+        None if drive.fastest_m_per_s() == 0.0 => ("drive.velocity_m_per_s", drive.velocity_m_per_s),
+        None => ("drive.stiffness_n_per_m", drive.stiffness_n_per_m),
+    };
+    let Meant { written, question } =
+        meant(scenario).unwrap_or_else(|| Meant::nothing(to_blame.0, to_blame.1));
+    let duration = short(scenario.time.duration_s);
+    Some(format!("{written}: nothing slips within {duration} s: {when}{question}"))
+}
+
+/// Whether anything can slip in a run; blocks that start moving may do so at any time.
+fn slips(scenario: &Scenario, preview: &Preview) -> bool {
+    !scenario.friction.law.sticks()
+        || scenario.has_contact_courses()
+        || scenario.initial_velocity.amplitude_m_per_s != 0.0
+        || preview.first_slip_s.is_some_and(|time_s| time_s <= scenario.time.duration_s)
+}
+
+/// Properties that no solid has, in words, each with the key to name.
+fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
+    // The mass of the set as-coded is intentionally a thousand times that of the real slider.
+    let [as_coded_kg, as_stated_kg] = [true, false].map(|set| default_of("slider.mass_kg", set));
+    let is_of_set = scenario.parameter_set == ParameterSet::AsCoded && scenario.slider.mass_kg == as_coded_kg;
+    let heavier = if is_of_set { as_coded_kg / as_stated_kg } else { 1.0 };
+    let density = scenario.density_kg_per_m3() / heavier;
+    let speed = scenario.scales().wave_speed_m_per_s() * heavier.sqrt();
+    let words = |what: &str, value: f64, unit: &str, range: &RangeInclusive<f64>| {
+        (!range.contains(&value)).then(|| {
+            let [least, most] = [range.start(), range.end()].map(|bound| short(*bound));
+            format!("{what} is {} {unit}, and solids have {least} to {most}", short(value))
+        })
+    };
+    // Without inertia the mass moves nothing.
+    let dynamic = |words: Option<String>| words.filter(|_| scenario.has_inertia());
+    let (modulus, mass) = (scenario.slider.youngs_modulus_pa, scenario.slider.mass_kg);
+    [
+        ("slider.youngs_modulus_pa", modulus, words("Young's modulus", modulus, "Pa", &MODULI)),
+        ("slider.mass_kg", mass, dynamic(words("the density", density, "kg/m^3", &DENSITIES))),
+        ("slider.youngs_modulus_pa", modulus, dynamic(words("the speed of waves", speed, "m/s", &SPEEDS))),
+    ]
+    .into_iter()
+    .filter_map(|(key, value, words)| Some((key, value, words?)))
+    .collect()
+}
+
+/// A value in a unit of its own.
+struct Meant {
+    /// Key and value as they are written.
+    written: String,
+    /// The value that was probably meant, as the end of a sentence.
+    question: String,
+}
+
+impl Meant {
+    /// That a value was meant as it is written.
+    fn nothing(key: &str, value: f64) -> Meant {
+        Meant { written: format!("{key} = {}", short(value)), question: String::new() }
+    }
+}
+
+/// The value that was probably written in another unit: converted, it is closest to its default among the
+/// candidates that leave no warning.
+fn meant(scenario: &Scenario) -> Option<Meant> {
+    let is_good = |other: &Scenario| outside(other).is_empty() && slips(other, &other.preview());
+    let read = |slots: &[Slot], unit: usize| {
+        let mut other = scenario.clone();
+        let mut distance: f64 = 0.0;
+        for (key, value, units) in slots {
+            let default = default_of(key, scenario.parameter_set == ParameterSet::AsCoded);
+            let value = value(&mut other);
+            let far = |value: f64| (value / default).max(default / value);
+            if far(*value) < FAR {
+                return None;
+            }
+            *value *= units.get(unit)?.1;
+            distance = distance.max(far(*value));
+        }
+        (distance < FAR).then_some((distance, other))
+    };
+    let singles = SLOTS.iter().map(std::slice::from_ref);
+    let mut candidates: Vec<(f64, &[Slot], usize, Scenario)> = singles
+        .chain([&SLOTS[..TOGETHER]])
+        .flat_map(|slots| (0..slots[0].2.len()).map(move |unit| (slots, unit)))
+        .filter_map(|(slots, unit)| read(slots, unit).map(|(distance, other)| (distance, slots, unit, other)))
+        .collect();
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, slots, unit, mut other) = candidates.into_iter().find(|(.., other)| is_good(other))?;
+    let mut same = scenario.clone();
+    let values =
+        |of: &mut Scenario| -> Vec<String> { slots.iter().map(|(_, value, _)| short(*value(of))).collect() };
+    let (before, after) = (values(&mut same), values(&mut other));
+    let keys: Vec<&str> = slots.iter().map(|(key, ..)| *key).collect();
+    let unit = slots[0].2[unit].0;
+    Some(Meant {
+        written: format!("{} = {}", keys.join(", "), before.join(", ")),
+        question: format!("; was {} meant, that is {} {unit}?", after.join(", "), before.join(", ")),
+    })
+}
+
+/// The default of a key whose value is a number, in the set as-coded or in the other one.
+fn default_of(path: &str, as_coded: bool) -> f64 {
+    let key = KEYS.iter().find(|key| key.path == path).expect("the key is in the table");
+    match key.default_in(as_coded) {
+        Some(Value::Number(value)) => value,
+        _ => unreachable!("the key has a number as its default"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::resolve;
+    use crate::scenario::builtin;
+
+    fn warnings(sets: &[&str]) -> Vec<String> {
+        let scenario = resolve("default", sets).unwrap_or_else(|errors| panic!("{errors}"));
+        scenario.warnings().into_iter().map(|warning| warning.text).collect()
+    }
+
+    #[test]
+    fn values_in_other_units_are_warned_of_in_both_sets() {
+        for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
+            let expected = "slider.length_m = 100: the density is 1.2 kg/m^3, and solids have 10 to 25000; the speed of \
+                            waves is 45870 m/s, and solids have 1 to 20000; was 0.1 meant, that is 100 mm?";
+            assert_eq!(warnings(&[set, "slider.length_m=100"]), [expected]);
+
+            let said = warnings(&[set, "slider.youngs_modulus_pa=2.5"]);
+            assert_eq!(said.len(), 2, "{said:?}");
+            let start = "slider.youngs_modulus_pa = 2.5: Young's modulus is 2.5 Pa, and solids have 10000 to 1.3e12; \
+                         the speed of waves is ";
+            let end = "; was 2.5e9 meant, that is 2.5 GPa?";
+            assert!(said[0].starts_with(start) && said[0].ends_with(end), "{said:?}");
+            let start = "slider.youngs_modulus_pa = 2.5: nothing slips within 5 s: block 1 reaches its static friction at ";
+            assert!(said[1].starts_with(start) && said[1].ends_with(end), "{said:?}");
+
+            let expected = "drive.stiffness_n_per_m = 0.8: nothing slips within 5 s: block 1 reaches its static friction \
+                            at 56630 s; was 8e5 meant, that is 0.8 N/um?";
+            assert_eq!(warnings(&[set, "drive.stiffness_n_per_m=0.8"]), [expected]);
+        }
+    }
+
+    #[test]
+    fn lengths_may_all_be_in_millimetres() {
+        let lengths = ["slider.length_m=100", "slider.width_m=5", "slider.height_m=20"];
+        let said = warnings(&[&["parameter_set=as-coded"], &lengths[..]].concat());
+        assert!(
+            said[0].starts_with(
+                "slider.length_m, slider.width_m, slider.height_m = 100, 5, 20: the density is "
+            ),
+            "{said:?}"
+        );
+        assert!(said[0].ends_with("; was 0.1, 0.005, 0.02 meant, that is 100, 5, 20 mm?"), "{said:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_guessed_is_not() {
+        let said = warnings(&["slider.mass_kg=1"]);
+        assert_eq!(said, ["slider.mass_kg = 1: the density is 1e5 kg/m^3, and solids have 10 to 25000"]);
+        // Without inertia the mass moves nothing.
+        let law = ["friction.law=rate-and-state", "friction.critical_slip_m=1e-4", "slider.mass_kg=1"];
+        let without =
+            ["friction.inertia=false", "friction.radiation_kg_per_s=100", "slider.relative_damping=0"];
+        assert_eq!((warnings(&law).len(), warnings(&[law, without].concat())), (1, Vec::new()));
+        let said = warnings(&["time.duration_s=0.01"]);
+        let expected = "time.duration_s = 0.01: nothing slips within 0.01 s: block 1 reaches its static friction at \
+                        0.05674 s";
+        assert_eq!(said, [expected]);
+    }
+
+    #[test]
+    fn a_drive_that_never_gets_there_is_named() {
+        let of = |set: &str| warnings(&[set]).concat();
+        for (set, start) in [
+            ("drive.hold_from_s=0.01", "drive.hold_from_s = 0.01: "),
+            ("drive.until_load_ratio=0.001", "drive.until_load_ratio = 0.001: "),
+            ("drive.velocity_m_per_s=0", "drive.velocity_m_per_s = 0: "),
+            ("drive.stiffness_n_per_m=0", "drive.stiffness_n_per_m = 0: "),
+        ] {
+            let said = of(set);
+            let expected = format!("{start}nothing slips within 5 s: static friction is never reached");
+            assert_eq!(said, expected);
+        }
+        assert_eq!(
+            warnings(&["drive.velocity_m_per_s=0", "initial_velocity.amplitude_m_per_s=0.1"]),
+            [""; 0]
+        );
+    }
+
+    #[test]
+    fn built_in_scenarios_are_of_solids_and_slip() {
+        let mut without = 0;
+        for (name, _) in builtin::all() {
+            // Young's modulus of lattices, which take long, is the same in both sets.
+            let sets = ["parameter_set=as-stated", "parameter_set=as-coded"];
+            let is_lattice = resolve::<&str>(name, &[]).unwrap().slider.is_lattice();
+            for set in &sets[..if is_lattice { 1 } else { 2 }] {
+                let warnings = resolve(name, &[set]).unwrap().warnings();
+                without += usize::from(warnings.is_empty());
+                let kinds: Vec<&str> = warnings.iter().map(|warning| warning.kind).collect();
+                // Its units are those of a model without dimensions.
+                let is_of_numbers = name == "carlson-langer";
+                assert!(
+                    kinds.contains(&"no-solid") == is_of_numbers && !kinds.contains(&"no-slip"),
+                    "{name} {set}: {kinds:?}"
+                );
+            }
+        }
+        assert!(without > 25, "only {without} have no warning");
+    }
+}

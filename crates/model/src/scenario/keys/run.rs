@@ -1,0 +1,76 @@
+//! The keys of time, detection and recording.
+
+use asperity_record::MOST_BLOCKS;
+
+use super::section::section;
+use crate::scenario::choices::Start;
+use crate::scenario::key::Bound::Including;
+use crate::scenario::key::Kind::{Count, Flag, Number, Word};
+use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
+
+section! {
+    /// `[time]`
+    Time "time." {
+        /// Where the run begins: at-rest, at time 0; loaded, just before the first block would detach, as the stuck
+        /// chain follows the drive in steady motion, step by step and with the lag of its damping: without the ramp,
+        /// and without the vibration that it leaves. By rate-and-state: loaded, its default, at time 0 in steady
+        /// sliding (friction.initial_kick); at-rest, with relaxed springs and the same state.
+        start: Start = "at-rest"; Word(&["at-rest", "loaded"]), later;
+        /// Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest
+        /// stable one; beyond 0.4 of that, switches feed energy into the slider. By rate-and-state, whose solver
+        /// chooses its steps, the grid to which times are rounded.
+        step_s: f64 = 1e-8; POSITIVE, "dt";
+        /// Simulated time, a whole number of steps; of a run that begins in a given state, its end on the clock that
+        /// goes on.
+        duration_s: f64 = 5.0; POSITIVE, "T";
+        /// Of rate-and-state: the relative error that the adaptive solver accepts in a step, in each unknown over its
+        /// scale.
+        tolerance: f64 = 1e-7; Number(Including(1e-12), Including(1e-2)), later;
+    }
+}
+
+section! {
+    /// `[detection]`
+    Detection "detection." optional {
+        /// Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies between
+        /// them, by junctions also if no more than twice their healing time: a front may be this much slower than
+        /// elastic waves. Never changes the run, only what is told of it.
+        link_time_ratio: f64 = 100.0; POSITIVE, "lambda";
+    }
+}
+
+section! {
+    /// `[recording]`
+    Recording "recording." {
+        /// Cadence of the load samples, a whole number of steps; 0 for none. Never changes the run: switches and events
+        /// are recorded in any case.
+        sample_s: f64 = 1e-3; NOT_NEGATIVE;
+        /// Cadence of the states of all blocks, a whole number of steps; 0 for none.
+        fields_s: f64 = 2e-2; NOT_NEGATIVE;
+        /// Whether to record the states of all blocks at the onset and end of every slip event.
+        event_fields: bool = true; Flag;
+        /// Whether to record the states of all blocks while at least so many blocks slide at once, at the cadence
+        /// recording.rupture_fields_s; 0 for not at all. So large ruptures are recorded whose time is not known before.
+        rupture_fields_from_blocks: u32 = 0; Count(0, MOST_BLOCKS), later;
+        /// Cadence of these states, a whole number of steps; 0 if there are none.
+        rupture_fields_s: f64 = 0.0; NOT_NEGATIVE, later;
+    }
+    /// Its dense windows.
+    list window: Window;
+}
+
+section! {
+    /// `[[recording.window]]`, a dense window; there may be any number of windows.
+    Window "" {
+        /// Start of the window, a whole number of steps.
+        from_s: f64; NOT_NEGATIVE;
+        /// End of the window, a whole number of steps, not before from_s.
+        to_s: f64; NOT_NEGATIVE;
+        /// Cadence within the window, a whole number of steps.
+        every_s: f64; POSITIVE;
+        /// First block to record.
+        first_block: u32; Count(1, MOST_BLOCKS);
+        /// Last block to record, not before first_block nor beyond N.
+        last_block: u32; Count(1, MOST_BLOCKS);
+    }
+}

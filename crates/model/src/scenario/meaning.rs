@@ -1,0 +1,220 @@
+//! Keys without a meaning: what some friction laws do not use, and what needs another slider, drive or law.
+//!
+//! A scenario that sets such a key is refused, because the value would have no effect. A law fixes what its unused keys
+//! would choose, and may have a default of its own for a key of all laws.
+
+use serde::Serialize;
+use toml::Value;
+
+use crate::law::laws::FrictionLaw;
+use crate::scenario::Scenario;
+use crate::scenario::defaults::insert;
+use crate::scenario::key::{Key, Need};
+use crate::scenario::keys::KEYS;
+use crate::scenario::rules::Refusals;
+use crate::scenario::source::{Entries, LayerKind, ScenarioError, Written};
+
+/// When a sliding block re-attaches.
+const REATTACH: &str = "friction.reattach";
+/// The start of a run.
+const START: &str = "time.start";
+
+/// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
+/// values are refused in scenarios and ignored in logs.
+pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
+    let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
+    for key in KEYS.iter().filter(|key| law.lacks(key.path)) {
+        // Where it cannot be chosen, a contact re-attaches whichever way it slid.
+        let (idle, why) = match key.path {
+            REATTACH => (
+                Value::String("two-way".to_owned()),
+                "its contacts stop whichever way they slid, if they stick",
+            ),
+            _ => (key.default_in(true).expect("keys of laws have defaults").to_toml(), ""),
+        };
+        let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
+        let is_written = entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log);
+        if is_written && table[section][name] != idle {
+            let (of, laws) =
+                among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(key.path)));
+            Refusals { entries, errors }.refuse_without_meaning(key, &idle, &of, why, &laws);
+        }
+        insert(table, key.path, idle);
+    }
+    if !law.sticks() && !entries.values.contains_key(START) {
+        insert(table, START, Value::String("loaded".to_owned()));
+    }
+}
+
+/// Whether a key has its value from this law: fixed to another than the key's default, or the law's own default.
+pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> bool {
+    let is_own = path == START && !law.sticks() && value.as_str() == Some("loaded");
+    is_own || (path == REATTACH && law.lacks(path))
+}
+
+/// The rule of what keys need.
+pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let values = Value::try_from(scenario).expect("a scenario is plain tables, numbers and texts");
+    for key in KEYS.iter().filter(|key| !key.needs.is_empty()) {
+        let default = key.default_in(true).expect("what is always needed has no needs").to_toml();
+        if key.value_in(&values).is_none_or(|value| *value == default) {
+            continue;
+        }
+        for (need, why) in key.needs {
+            if let Some((of, instead)) = need.unmet(scenario) {
+                refusals.refuse_without_meaning(key, &default, &of, why, &instead);
+            }
+        }
+    }
+}
+
+impl Refusals<'_> {
+    /// Refuses the value of a key that has no meaning for something, where it has one instead.
+    fn refuse_without_meaning(&mut self, key: &Key, default: &Value, of: &str, why: &str, instead: &str) {
+        let value = match self.entries.values.get(key.path).map(|entry| &entry.value) {
+            None => "its value".to_owned(),
+            Some(Written::Numbers(values)) if values.len() > 8 => {
+                format!("a list of {} numbers", values.len())
+            }
+            Some(value) => value.to_string(),
+        };
+        let default = match default {
+            Value::Float(number) => number.to_string(),
+            Value::Array(_) => "none".to_owned(),
+            Value::String(text) if text.is_empty() => "none".to_owned(),
+            default => default.to_string(),
+        };
+        let colon = if why.is_empty() { "" } else { ": " };
+        let problem = format!("{value} has no meaning for {of}{colon}{why}");
+        self.refuse(key.path, problem, format!("{default}, or {instead}"));
+    }
+}
+
+impl Need {
+    /// What of a scenario does not meet it, and what would.
+    fn unmet(self, scenario: &Scenario) -> Option<(String, String)> {
+        let (slider, kind, law) = (&scenario.slider, scenario.drive.kind, scenario.friction.law);
+        let (is_met, instead) = match self {
+            Need::Chain => (!slider.is_lattice(), slider.keys_of_a_chain()),
+            Need::Blocks => (slider.blocks > 1, "slider.blocks from 2"),
+            Need::OneRow => (slider.rows == 1, "slider.rows = 1"),
+            Need::Rows => (slider.rows > 1, "slider.rows above 1"),
+            Need::OneRowAcross => (slider.across == 1, "slider.across = 1"),
+            Need::RowsAcross => (slider.across > 1, "slider.across above 1"),
+            Need::Drives(kinds) => {
+                return (!kinds.contains(&kind)).then(|| among("drive.kind", &kind, kinds));
+            }
+            Need::Laws(is_of) => {
+                let laws = FrictionLaw::ALL.iter().filter(|law| is_of(**law));
+                return (!is_of(law)).then(|| among("friction.law", &law, laws));
+            }
+        };
+        let what = if slider.contacts() == 1 { "single block" } else { scenario.elastic().table.name };
+        (!is_met).then(|| (format!("a {what}"), instead.to_owned()))
+    }
+}
+
+/// A key with its word, and with the words that it may have instead.
+fn among<'a, T: Serialize + 'a>(
+    key: &str,
+    word: &T,
+    words: impl IntoIterator<Item = &'a T>,
+) -> (String, String) {
+    let quoted = |word: &T| Value::try_from(word).expect("it is a word").to_string();
+    let words: Vec<String> = words.into_iter().map(quoted).collect();
+    (format!("{key} = {}", quoted(word)), format!("{key} = {}", words.join(" or ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::law::laws::FrictionLaw;
+    use crate::scenario::choices::Reattach;
+    use crate::scenario::key::{Key, Kind};
+    use crate::scenario::keys::KEYS;
+    use crate::{Scenario, ScenarioSource};
+
+    /// Sliders, drives and laws; with each, some keys have no meaning.
+    const SETTINGS: &[&str] = &[
+        "",
+        "slider.blocks = 1\n",
+        "slider.blocks = 11\nslider.rows = 3\n",
+        "slider.blocks = 11\nslider.across = 3\nslider.width_m = 0.02\nfriction.reattach = \"turn\"\n",
+        "slider.blocks = 11\nslider.across = 3\nslider.width_m = 0.02\nslider.rows = 3\nfriction.reattach = \"turn\"\n",
+        "drive.kind = \"top\"\n",
+        "drive.kind = \"left-right\"\nfriction.reattach = \"two-way\"\n",
+        "drive.kind = \"force\"\ndrive.course_s = [1, 2]\ndrive.course_n = [1, 2]\n",
+        "friction.law = \"rigid\"\n",
+        "friction.law = \"velocity-weakening\"\n",
+        "friction.law = \"junctions\"\n",
+        "friction.law = \"rate-and-state\"\n",
+    ];
+
+    /// A value that is no default, as written.
+    fn other(key: &Key) -> String {
+        let value = match key.kind {
+            Kind::Number(..) if key.kind.accepts_number(0.3) => "0.3",
+            Kind::Number(..) => "0.001",
+            Kind::Numbers(..) => "[1.5]",
+            Kind::Count(..) => "2",
+            Kind::Word(words) => return format!("{:?}", words.last().unwrap()),
+            Kind::Flag if key.default_in(true) == Some(crate::scenario::keys::Value::Flag(true)) => "false",
+            Kind::Flag => "true",
+            Kind::Text(_) => "\"no file\"",
+        };
+        value.to_owned()
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_refused_with_place_key_value_reason_and_what_would_give_it_one() {
+        let is_of_laws = |key: &Key| FrictionLaw::ALL.iter().any(|law| law.lacks(key.path));
+        for key in KEYS.iter().filter(|key| is_of_laws(key) || !key.needs.is_empty()) {
+            let mut reasons = Vec::new();
+            for setting in SETTINGS.iter().filter(|setting| !setting.contains(key.path)) {
+                let plain = Scenario::resolve(&ScenarioSource::new("", *setting)).unwrap();
+                let law = plain.friction.law;
+                let unmet = key.needs.iter().filter(|(need, _)| need.unmet(&plain).is_some());
+                let expected: Vec<&str> = match law.lacks(key.path) {
+                    true => vec![""],
+                    false => unmet.map(|(_, why)| *why).collect(),
+                };
+                let text = format!("{} = {}\n{setting}", key.path, other(key));
+                let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));
+                let found = written.err().map_or(String::new(), |errors| errors.to_string());
+                let column = key.path.len() + 4;
+                let start = format!("mine.toml:1:{column}: {}: {} has no meaning for ", key.path, other(key));
+                let refused: Vec<&str> = found.lines().filter(|line| line.starts_with(&start)).collect();
+                assert_eq!(refused.len(), expected.len(), "{text}: {found}");
+                for (line, why) in refused.into_iter().zip(expected) {
+                    assert!(line.contains(why) && line.contains(", or "), "{text}: {line}");
+                    reasons.push(why);
+                }
+                if law.lacks(key.path) {
+                    let logged = Scenario::resolve(&ScenarioSource::logged("run.mcap", &text)).unwrap();
+                    assert_eq!(logged, plain, "{text}");
+                }
+            }
+            assert!(!is_of_laws(key) || reasons.contains(&""), "{}", key.path);
+            assert!(key.needs.iter().all(|(_, why)| reasons.contains(why)), "{}: {reasons:?}", key.path);
+        }
+    }
+
+    #[test]
+    fn the_scenario_says_when_blocks_re_attach_whatever_the_law() {
+        let resolve = |text: &str| Scenario::resolve(&ScenarioSource::logged("run.mcap", text)).unwrap();
+        assert_eq!(resolve("").friction.reattach, Reattach::OneWay);
+        for law in &FrictionLaw::ALL[1..] {
+            let plain = resolve(&format!("friction.law = {:?}", law.word()));
+            assert_eq!(plain.friction.reattach, Reattach::TwoWay);
+            for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {
+                assert!(shown.contains("# reattach = \"two-way\"  # from friction.law"), "{shown}");
+                // A change of the law also changes the values that the law determined.
+                let source =
+                    ScenarioSource::new("mine.toml", shown).with_override("friction.law=interfacial-springs");
+                assert_eq!(Scenario::resolve(&source).unwrap().friction.reattach, Reattach::OneWay);
+            }
+            let mut other = plain.clone();
+            other.friction.reattach = Reattach::OneWay;
+            assert_eq!(other.hash(), plain.hash());
+        }
+    }
+}

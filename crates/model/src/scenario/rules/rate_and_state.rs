@@ -1,0 +1,200 @@
+//! Rules of rate-and-state friction: what its start and its solver need.
+
+use super::Refusals;
+use crate::plan::derive::evolution_effects;
+use crate::scenario::Scenario;
+use crate::scenario::choices::Start;
+
+/// The law, in refusals.
+const THE_LAW: &str = "friction.law = \"rate-and-state\"";
+
+/// Most `psi / a` at the start. From 708 on `e^(-psi / a)` has no longer all digits, and from 745 on it is 0: a block
+/// that turns back would do so at once.
+const MOST_STATE: f64 = 700.0;
+
+pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (drive, slider) = (&scenario.drive, &scenario.slider);
+    let Some(law) = scenario.contact_law().rate_and_state() else { return };
+    if slider.is_lattice() {
+        let key = if slider.is_over_area() { "slider.across" } else { "slider.rows" };
+        let what = scenario.elastic().table.name;
+        let problem = format!("{THE_LAW} is available for chains and single blocks, not for a {what}");
+        refusals.refuse(key, problem, "1, or another friction.law");
+    }
+    if drive.velocity_m_per_s == 0.0 {
+        refusals.refuse(
+            "drive.velocity_m_per_s",
+            "0: contacts begin in the state of steady sliding at this velocity",
+            "a number above 0; drive.hold_from_s stops the drive",
+        );
+    } else if law.event_speed_m_per_s <= drive.velocity_m_per_s {
+        refusals.refuse(
+            "friction.event_speed_m_per_s",
+            format!(
+                "{} is not above drive.velocity_m_per_s = {}, at which blocks creep without an event",
+                law.event_speed_m_per_s, drive.velocity_m_per_s
+            ),
+            format!("a number above {}, or 0 for at least 10 times it", drive.velocity_m_per_s),
+        );
+    }
+    if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {
+        let problem = "0: nothing balances friction in steady sliding";
+        let accepted = "a number above 0, or time.start = \"at-rest\"";
+        refusals.refuse("drive.stiffness_n_per_m", problem, accepted);
+    }
+    if !law.inertia && law.radiation_kg_per_s == 0.0 {
+        let problem = "0: without inertia only radiation bounds the velocity of a slip";
+        let accepted = "a number above 0, or friction.inertia = true";
+        refusals.refuse("friction.radiation_kg_per_s", problem, accepted);
+    }
+    if !law.inertia && slider.relative_damping != 0.0 {
+        let problem = format!(
+            "{}: without inertia the velocity of a block follows from the forces on it alone, not from its neighbours'",
+            slider.relative_damping
+        );
+        refusals.refuse("slider.relative_damping", problem, "0, or friction.inertia = true");
+    }
+    // Times, and with them the way of the drive, are known to a rounding of the whole run.
+    let way_m = drive.fastest_m_per_s() * scenario.time.duration_s;
+    let least_slip_m = f64::EPSILON * way_m;
+    if law.critical_slip_m < least_slip_m {
+        refusals.refuse(
+            "friction.critical_slip_m",
+            format!(
+                "{:e} is less than the rounding of the way of the drive in {} s, {way_m:.3e} m",
+                law.critical_slip_m, scenario.time.duration_s
+            ),
+            format!("a number from {least_slip_m:.3e}, or a shorter time.duration_s"),
+        );
+    }
+    let offsets = scenario.friction.evolution_offsets.len();
+    // Lists of the wrong length have a rule of their own.
+    if offsets != 0 && offsets != slider.contacts() as usize {
+        return;
+    }
+    let effects = evolution_effects(scenario);
+    if let Some((n, b)) = effects.iter().enumerate().find(|(_, b)| **b <= 0.0) {
+        let problem = format!("block {} gets b = {b}", n + 1);
+        refusals.refuse("friction.evolution_offsets", problem, "b > 0 for every block");
+    }
+    let states = effects.iter().map(|b| law.steady_state(*b, drive.velocity_m_per_s));
+    let most = states.fold(0.0, f64::max);
+    if most > MOST_STATE * law.direct_effect && drive.velocity_m_per_s > 0.0 {
+        refusals.refuse(
+            "friction.direct_effect",
+            format!("{:e}: with psi = {most:.3} at the start e^(-psi / a) underflows", law.direct_effect),
+            format!("a number above {:.3e}", 1.0005 * most / MOST_STATE),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Scenario, ScenarioSource};
+
+    fn errors(text: &str) -> String {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_its_start_and_its_solver_lack_is_refused_with_place_key_value_and_reason() {
+        for (line, expected) in [
+            (
+                "slider.rows = 3\nslider.blocks = 11",
+                "1:15: slider.rows: friction.law = \"rate-and-state\" is available for chains and single blocks, not for a slab \
+                 (accepted: 1, or another friction.law)",
+            ),
+            (
+                "drive.kind = \"left-right\"",
+                "1:14: drive.kind: \"left-right\": by friction.law = \"rate-and-state\" blocks begin in steady sliding, in one direction \
+                 (accepted: \"side\" or \"top\")",
+            ),
+            (
+                "drive.velocity_m_per_s = 0",
+                "1:26: drive.velocity_m_per_s: 0: contacts begin in the state of steady sliding at this velocity \
+                 (accepted: a number above 0; drive.hold_from_s stops the drive)",
+            ),
+            (
+                "friction.event_speed_m_per_s = 0.00005",
+                "1:32: friction.event_speed_m_per_s: 0.00005 is not above drive.velocity_m_per_s = 0.0001, at which \
+                 blocks creep without an event (accepted: a number above 0.0001, or 0 for at least 10 times it)",
+            ),
+            (
+                "drive.stiffness_n_per_m = 0",
+                "1:27: drive.stiffness_n_per_m: 0: nothing balances friction in steady sliding (accepted: a number above \
+                 0, or time.start = \"at-rest\")",
+            ),
+            (
+                "friction.inertia = false\nslider.relative_damping = 0",
+                "test.toml: friction.radiation_kg_per_s: 0: without inertia only radiation bounds the velocity of a slip \
+                 (accepted: a number above 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.relative_damping = 0.2\nfriction.inertia = false\nfriction.radiation_kg_per_s = 1",
+                "1:27: slider.relative_damping: 0.2: without inertia the velocity of a block follows from the forces on \
+                 it alone, not from its neighbours' (accepted: 0, or friction.inertia = true)",
+            ),
+            (
+                "slider.blocks = 2\nfriction.evolution_offsets = [0, -0.015]",
+                "2:30: friction.evolution_offsets: block 2 gets b = 0 (accepted: b > 0 for every block)",
+            ),
+            (
+                "friction.direct_effect = 1e-9",
+                "1:26: friction.direct_effect: 1e-9: with psi = 0.531 at the start e^(-psi / a) underflows \
+                 (accepted: a number above 7.588e-4)",
+            ),
+            (
+                "friction.critical_slip_m = 1e-20",
+                "1:28: friction.critical_slip_m: 1e-20 is less than the rounding of the way of the drive in 5 s, \
+                 5.000e-4 m (accepted: a number from 1.110e-19, or a shorter time.duration_s)",
+            ),
+            (
+                "friction.evolution_offsets = [0.1]",
+                "1:30: friction.evolution_offsets: 1 number for 100 blocks",
+            ),
+            (
+                "time.tolerance = 0.1",
+                "1:18: time.tolerance: 0.1 is not accepted (accepted: a number from 0.000000000001 to 0.01)",
+            ),
+            (
+                "drive.course_s = [1, 2]",
+                "drive.course_m_per_s: 0 values at 2 times (accepted: as many as drive.course_s",
+            ),
+            (
+                "drive.course_s = [1, 1, 1]\ndrive.course_m_per_s = [1e-4, 0, 1]",
+                "1:18: drive.course_s: goes from 1 to 1 (accepted: times that ascend; two may be equal, for a jump)",
+            ),
+            (
+                "drive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-3, 0]",
+                "2:24: drive.course_m_per_s: begins with 0.001, but before it drive.velocity_m_per_s is 0.0001",
+            ),
+            (
+                "drive.course_s = [1, 2.000000001]\ndrive.course_m_per_s = [1e-4, 0]",
+                "1:18: drive.course_s: 2.000000001 is not a whole number of steps of 1e-8 s",
+            ),
+        ] {
+            let found = errors(&format!("{line}\nfriction.law = \"rate-and-state\""));
+            let expected = expected.strip_prefix("test.toml: ").unwrap_or(expected);
+            assert!(found.contains(expected) && found.lines().count() == 1, "{line}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_run_begins_in_steady_sliding_unless_it_is_to_begin_at_rest() {
+        let resolve = |start: &str| {
+            let text = format!("friction.law = \"rate-and-state\"\n{start}");
+            Scenario::resolve(&ScenarioSource::new("test.toml", text))
+                .unwrap_or_else(|errors| panic!("{errors}"))
+        };
+        let (default, loaded) = (resolve(""), resolve("time.start = \"loaded\""));
+        let rest = resolve("time.start = \"at-rest\"");
+        assert_eq!((default.hash(), &default), (loaded.hash(), &loaded));
+        assert_ne!(default.hash(), rest.hash());
+        for scenario in [default, rest] {
+            for shown in [scenario.to_commented_toml(), scenario.to_editable_toml()] {
+                let again = Scenario::resolve(&ScenarioSource::logged("run.mcap", &shown)).unwrap();
+                assert_eq!(again, scenario);
+            }
+        }
+    }
+}

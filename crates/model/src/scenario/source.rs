@@ -1,0 +1,328 @@
+//! Scenario texts as layers, and the errors that point into them.
+//!
+//! A scenario consists of a file or a built-in text and any number of `--set key=value` overrides, each
+//! parsed as a line of TOML. Every value keeps the place where it was written, so that an error found
+//! later, when values are compared, still names file, line and column.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use asperity_record::bounds::check_toml;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::scenario::keys::WINDOW;
+use crate::scenario::keys::{Default, KEYS};
+use crate::scenario::text::Lines;
+
+/// A scenario as written: a base text and its overrides.
+#[derive(Debug, Clone)]
+pub struct ScenarioSource {
+    layers: Vec<Arc<Layer>>,
+}
+
+/// Parsed once, however many scenarios have it as a layer.
+#[derive(Debug)]
+struct Layer {
+    /// A file's path, `built-in default`, or `--set`.
+    origin: String,
+    text: String,
+    lines: Lines,
+    kind: LayerKind,
+    entries: Result<Entries, ScenarioError>,
+}
+
+/// The origin of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LayerKind {
+    /// A scenario file or built-in text.
+    Scenario,
+    /// The log of a run; a program with fewer rules may have written it.
+    Log,
+    /// An override for one run.
+    Override,
+}
+
+impl ScenarioSource {
+    /// A scenario text and the name of its source, for error messages.
+    pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
+        let layer = Layer::new(origin.into(), text.into(), LayerKind::Scenario);
+        ScenarioSource { layers: vec![layer] }
+    }
+
+    /// The scenario embedded in a run log. Keys that its friction law does not use are ignored. No file that it names
+    /// is opened.
+    pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
+        let layer = Layer::new(origin.into(), text.into(), LayerKind::Log);
+        ScenarioSource { layers: vec![layer] }
+    }
+
+    /// Whether no layer names `parameter_set` although mass or damping follow from it.
+    pub fn relies_on_default_set(&self) -> bool {
+        let mut by_set = KEYS.iter().filter(|key| matches!(key.default, Default::BySet { .. }));
+        self.entries().is_ok_and(|Entries { values, .. }| {
+            !values.contains_key("parameter_set") && by_set.any(|key| !values.contains_key(key.path))
+        })
+    }
+
+    /// The `parameter_set` that a layer names, as written.
+    pub fn named_set(&self) -> Option<String> {
+        let mut entries = self.entries().ok()?;
+        entries.values.remove("parameter_set").map(|entry| match entry.value {
+            Written::Text(word) => word,
+            other => other.to_string(),
+        })
+    }
+
+    /// Adds an override of the form `key=value`; later overrides win. A value that is not TOML is
+    /// read as a string, so that `friction.reattach=two-way` needs no quotes. A key that is not
+    /// TOML, such as `k_t/k`, is quoted, so that the error can suggest a known key.
+    #[must_use]
+    pub fn with_override(self, assignment: &str) -> ScenarioSource {
+        self.with_override_from(format!("--set {assignment}"), assignment)
+    }
+
+    /// Adds an override as [`ScenarioSource::with_override`] does; errors call it `origin`.
+    #[must_use]
+    pub fn with_override_from(mut self, origin: String, assignment: &str) -> ScenarioSource {
+        let layer = |text: String| Layer::new(origin.clone(), text, LayerKind::Override);
+        let is_toml = |layer: &Arc<Layer>| layer.entries.is_ok();
+        let mut added = layer(assignment.to_owned());
+        if let Some((key, value)) = assignment.split_once('=').filter(|_| !is_toml(&added)) {
+            let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
+            added = layer(format!("{key}={}", quoted(value)));
+            let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
+            if is_word && !is_toml(&added) {
+                let with_quoted_key =
+                    [value.to_owned(), quoted(value)].map(|value| layer(format!("{}={value}", quoted(key))));
+                added = with_quoted_key.into_iter().find(is_toml).unwrap_or(added);
+            }
+        }
+        self.layers.push(added);
+        self
+    }
+
+    /// Collects all values by dotted key; later layers override earlier ones.
+    ///
+    /// # Errors
+    /// If a layer is not valid TOML.
+    pub(crate) fn entries(&self) -> Result<Entries, ScenarioErrors> {
+        let mut entries = Entries::default();
+        let mut errors = Vec::new();
+        for layer in &self.layers {
+            match &layer.entries {
+                Ok(Entries { values, windows }) => {
+                    entries.values.extend(values.clone());
+                    // A layer with windows replaces the windows of all layers below.
+                    entries.windows = windows.clone().or(entries.windows);
+                }
+                Err(error) => errors.push(error.clone()),
+            }
+        }
+        if errors.is_empty() { Ok(entries) } else { Err(ScenarioErrors(errors)) }
+    }
+}
+
+impl Layer {
+    fn new(origin: String, text: String, kind: LayerKind) -> Arc<Layer> {
+        let entries = Ok(Entries::default());
+        let mut layer = Layer { lines: Lines::of(&text), origin, text, kind, entries };
+        layer.entries = layer.parsed();
+        Arc::new(layer)
+    }
+
+    fn parsed(&self) -> Result<Entries, ScenarioError> {
+        if let Err(too_long) = check_toml(&self.text) {
+            let (place, problem) = (Some(self.origin.clone()), too_long.to_string());
+            return Err(ScenarioError { place, key: None, problem, accepted: None });
+        }
+        let table = DeTable::parse(&self.text).map_err(|error| ScenarioError {
+            place: Some(self.place(error.span().unwrap_or(0..0))),
+            key: None,
+            problem: format!("not TOML: {}", error.message()),
+            accepted: self.is_override().then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
+        })?;
+        let mut entries = Entries::default();
+        collect(self, "", table.get_ref(), &mut entries);
+        Ok(entries)
+    }
+
+    fn is_override(&self) -> bool {
+        self.kind == LayerKind::Override
+    }
+
+    fn place(&self, span: Range<usize>) -> String {
+        if self.is_override() {
+            return self.origin.clone();
+        }
+        format!("{}:{}", self.origin, self.lines.place(&self.text, span.start))
+    }
+}
+
+/// A value and where it was written.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    pub(crate) value: Written,
+    pub(crate) place: String,
+    pub(crate) layer: LayerKind,
+}
+
+/// A value as written, before it is checked against its key.
+#[derive(Debug, Clone)]
+pub(crate) enum Written {
+    Number(f64),
+    Whole(i64),
+    Text(String),
+    Flag(bool),
+    Numbers(Vec<f64>),
+    /// A value of a type that no key accepts, as TOML text.
+    Other(String),
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Written::Number(value) => write!(f, "{value}"),
+            Written::Whole(value) => write!(f, "{value}"),
+            Written::Text(value) => write!(f, "{value:?}"),
+            Written::Flag(value) => write!(f, "{value}"),
+            Written::Numbers(values) => write!(f, "{values:?}"),
+            Written::Other(text) => f.write_str(text),
+        }
+    }
+}
+
+/// All written values: by key, and by window.
+#[derive(Debug, Default)]
+pub(crate) struct Entries {
+    pub(crate) values: BTreeMap<String, Entry>,
+    /// None if no layer has a list of windows.
+    pub(crate) windows: Option<Vec<BTreeMap<String, Entry>>>,
+}
+
+impl Entries {
+    /// The place at which a key was written, if any.
+    pub(crate) fn place(&self, key: &str) -> Option<String> {
+        self.values.get(key).map(|entry| entry.place.clone())
+    }
+
+    /// An error in the value of a key.
+    pub(crate) fn error(
+        &self,
+        key: &str,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) -> ScenarioError {
+        ScenarioError {
+            place: self.place(key),
+            key: Some(key.to_owned()),
+            problem: problem.into(),
+            accepted: Some(accepted.into()),
+        }
+    }
+
+    /// Whether a key was written for this run alone, and another one was not.
+    pub(crate) fn overrides(&self, key: &str, other: &str) -> bool {
+        let is_override =
+            |key: &str| self.values.get(key).is_some_and(|entry| entry.layer == LayerKind::Override);
+        is_override(key) && !is_override(other)
+    }
+}
+
+fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entries) {
+    for (key, value) in table {
+        let path =
+            if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        match value.get_ref() {
+            // Every record has energies, which a key of earlier code says; what is drawn follows from other keys.
+            _ if layer.kind == LayerKind::Log && ["recording.energies", "drawn"].contains(&&*path) => {}
+            DeValue::Table(inner) => collect(layer, &path, inner, entries),
+            DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
+                let windows = windows.iter().map(|window| {
+                    let mut found = Entries::default();
+                    if let Some(table) = window.get_ref().as_table() {
+                        collect(layer, "", table, &mut found);
+                    }
+                    found.values
+                });
+                entries.windows = Some(windows.collect());
+            }
+            _ => {
+                let place = layer.place(value.span());
+                let entry = Entry { value: read(layer, value), place, layer: layer.kind };
+                entries.values.insert(path, entry);
+            }
+        }
+    }
+}
+
+fn read(layer: &Layer, value: &Spanned<DeValue<'_>>) -> Written {
+    let text = || layer.text[value.span()].to_owned();
+    match value.get_ref() {
+        DeValue::String(text) => Written::Text(text.to_string()),
+        DeValue::Boolean(flag) => Written::Flag(*flag),
+        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
+            .map_or_else(|_| Written::Other(text()), Written::Whole),
+        DeValue::Float(digits) => {
+            digits.as_str().parse().map_or_else(|_| Written::Other(text()), Written::Number)
+        }
+        DeValue::Array(values) => {
+            let numbers = values.iter().map(|value| match read(layer, value) {
+                Written::Number(value) => Some(value),
+                Written::Whole(value) => Some(value as f64),
+                _ => None,
+            });
+            numbers.collect::<Option<_>>().map_or_else(|| Written::Other(text()), Written::Numbers)
+        }
+        _ => Written::Other(text()),
+    }
+}
+
+/// One thing wrong with a scenario.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioError {
+    /// File, line and column, or the override; `None` for a default.
+    pub place: Option<String>,
+    /// Dotted key.
+    pub key: Option<String>,
+    /// The error, with the value.
+    pub problem: String,
+    /// The accepted values.
+    pub accepted: Option<String>,
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        if let Some(key) = &self.key {
+            write!(f, "{key}: ")?;
+        }
+        f.write_str(&self.problem)?;
+        if let Some(accepted) = &self.accepted {
+            write!(f, " (accepted: {accepted})")?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything that is wrong with a scenario, in the order of the keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioErrors(pub Vec<ScenarioError>);
+
+impl fmt::Display for ScenarioErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            if index > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{error}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for ScenarioErrors {}

@@ -1,0 +1,6 @@
+//! The theory that results are compared with.
+
+pub mod analytic;
+pub mod front;
+pub mod preview;
+pub mod stability;

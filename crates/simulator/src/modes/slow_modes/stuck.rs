@@ -1,0 +1,420 @@
+//! The stuck lattice: its stiffness and damping, and its equilibrium.
+//!
+//! While every contact sticks and bears load, all forces are linear: springs and dashpots between
+//! nodes, the friction springs `k_t` and the foundation `k_f` of each contact, the drive. The stiffness `M` is a
+//! band ([`super::assembly`]), and so is Cholesky's factor of it. Even and odd motions ([`super::mirror`]) have
+//! factors of their own, each found when it is first needed.
+//!
+//! A driving spring `K` without a mirrored one, as of a drive at one row, couples even and odd motions. It is
+//! left out of the factors, and added by its effect on the solution (Sherman and Morrison 1950): with
+//! `z = M^-1 e` for its freedom, `(M + K e e')^-1 f = M^-1 f - z K (e' M^-1 f) / (1 + K e' z)`.
+
+use std::sync::OnceLock;
+
+use asperity_model::plan::{Drive, DriveSpring};
+use asperity_model::{Lattice, Plan};
+
+use crate::kernels::{self, ROWS};
+use crate::modes::complex::Complex;
+use crate::modes::slow_modes::assembly::{Assembly, width};
+use crate::modes::slow_modes::complex_band::ComplexBand;
+use crate::modes::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
+use crate::records::stop::Stop;
+
+/// Stiffness and damping of a stuck lattice.
+#[derive(Debug)]
+pub(crate) struct StuckLattice {
+    pub(crate) lattice: Lattice,
+    /// Stiffness on each freedom from springs other than those between nodes, if any: those that are
+    /// mirror images of each other, and other ones.
+    held_n_per_m: Vec<(usize, f64)>,
+    coupled_n_per_m: Vec<(usize, f64)>,
+    /// `k_t`.
+    interfacial_n_per_m: f64,
+    pub(crate) step_s: f64,
+    pub(crate) mass_kg: f64,
+    /// The motions that the factored stiffness keeps apart.
+    factors: Vec<Factored>,
+    /// Those that the whole stiffness keeps apart.
+    classes: Vec<Motions>,
+    coupling: Vec<Coupling>,
+}
+
+/// Motions with the factor of their stiffness; `None` if it is not positive by its numbers.
+#[derive(Debug)]
+struct Factored {
+    motions: Motions,
+    factor: OnceLock<Option<Factor>>,
+}
+
+/// Cholesky's factor of a stiffness.
+#[derive(Debug)]
+struct Factor {
+    band: Vec<f64>,
+    width: usize,
+    /// The index of each freedom in the band.
+    place: Vec<usize>,
+}
+
+/// Sizes of the systems by which the modes of a stuck lattice over an area are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sizes {
+    /// Classes of motions that the run has.
+    pub(crate) classes: usize,
+    /// Freedoms of each.
+    pub(crate) freedoms: usize,
+    /// Factors in which each class is solved.
+    pub(crate) factors: usize,
+    /// Numbers in a row of a factor's band.
+    pub(crate) width: usize,
+}
+
+impl Sizes {
+    pub(crate) fn of(plan: &Plan, lattice: &Lattice) -> Sizes {
+        let (all, width) = (lattice.freedoms(), width(lattice) / 2);
+        let couples = |spring: &DriveSpring| !is_mirrored(spring, &plan.drive, lattice);
+        if plan.drive.springs.iter().any(couples) {
+            return Sizes { classes: 1, freedoms: all, factors: 2, width };
+        }
+        let classes = if mirrors_itself(plan, lattice) { 1 } else { 2 };
+        Sizes { classes, freedoms: all.div_ceil(2), factors: 1, width }
+    }
+}
+
+/// Whether the drive has the mirror image of a spring.
+fn is_mirrored(spring: &DriveSpring, drive: &Drive, lattice: &Lattice) -> bool {
+    let image = mirror_image(lattice, spring.block);
+    drive.springs.iter().any(|of| of.block == image && of.stiffness_n_per_m == spring.stiffness_n_per_m)
+}
+
+/// A spring that couples the motions of different factors.
+#[derive(Debug)]
+struct Coupling {
+    freedom: usize,
+    /// `z`, and `K / (1 + K e' z)`.
+    yields_m_per_n: Vec<f64>,
+    held_n_per_m: f64,
+}
+
+impl StuckLattice {
+    /// Numbers that the factor of a slab has.
+    pub(crate) fn numbers(lattice: &Lattice) -> usize {
+        lattice.freedoms() * width(lattice)
+    }
+
+    /// `None` if the stiffness is not positive by its numbers, or the stop comes.
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, stop: &Stop<'_>) -> Option<StuckLattice> {
+        let nodes = lattice.nodes();
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let friction = (0..lattice.tangential_axes())
+            .flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, kt)));
+        let upward = lattice.table.upward().into_iter();
+        let foundation = upward
+            .flat_map(|axis| lattice.row(0).map(move |n| (axis * nodes + n, lattice.foundation_n_per_m)));
+        let (mirrored, coupled): (Vec<&DriveSpring>, Vec<&DriveSpring>) =
+            plan.drive.springs.iter().partition(|spring| is_mirrored(spring, &plan.drive, &lattice));
+        let held = |spring: &&DriveSpring| (spring.block, spring.stiffness_n_per_m);
+        let held_n_per_m: Vec<(usize, f64)> =
+            friction.chain(foundation).chain(mirrored.iter().map(held)).collect();
+        let coupled_n_per_m: Vec<(usize, f64)> = coupled.iter().map(held).collect();
+        let kept_apart = Motions::kept_apart(&lattice);
+        let classes =
+            if coupled_n_per_m.is_empty() { kept_apart.clone() } else { vec![Motions::all(&lattice)] };
+        let factored = |motions: Motions| Factored { motions, factor: OnceLock::new() };
+        let mut stuck = StuckLattice {
+            lattice,
+            held_n_per_m,
+            coupled_n_per_m,
+            interfacial_n_per_m: kt,
+            step_s: plan.grid.step_s(),
+            mass_kg: plan.block_mass_kg,
+            classes,
+            factors: kept_apart.into_iter().map(factored).collect(),
+            coupling: Vec::new(),
+        };
+        stuck.factor(0, stop)?;
+        for (freedom, stiffness_n_per_m) in stuck.coupled_n_per_m.clone() {
+            let mut yields_m_per_n = vec![0.0; stuck.freedoms()];
+            yields_m_per_n[freedom] = 1.0;
+            if !stuck.solve(&mut yields_m_per_n, stop) {
+                return None;
+            }
+            let held_n_per_m = stiffness_n_per_m / (1.0 + stiffness_n_per_m * yields_m_per_n[freedom]);
+            stuck.coupling.push(Coupling { freedom, yields_m_per_n, held_n_per_m });
+        }
+        Some(stuck)
+    }
+
+    pub(crate) fn freedoms(&self) -> usize {
+        self.lattice.freedoms()
+    }
+
+    /// The classes of motions that do not mix: even and odd ones, or all.
+    pub(crate) fn classes(&self) -> &[Motions] {
+        &self.classes
+    }
+
+    /// Turns forces into the displacements `x` with `M x = force`; `false` if the stiffness is not positive
+    /// by its numbers, or the stop comes.
+    pub(crate) fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool {
+        let given = force.to_vec();
+        force.fill(0.0);
+        for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
+            if motions.lack(&given) {
+                continue;
+            }
+            let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
+                return false;
+            };
+            factor.solve(&mut own);
+            motions.add(force, &own);
+        }
+        for Coupling { freedom, yields_m_per_n, held_n_per_m } in &self.coupling {
+            let force_n = held_n_per_m * force[*freedom];
+            for (x, yields) in force.iter_mut().zip(yields_m_per_n) {
+                *x -= force_n * yields;
+            }
+        }
+        true
+    }
+
+    /// [`StuckLattice::solve`] in the basis of a class.
+    pub(crate) fn solve_in(&self, class: usize, force: &mut [f64], stop: &Stop<'_>) -> bool {
+        if self.classes.len() < self.factors.len() {
+            return self.solve(force, stop);
+        }
+        let Some(factor) = self.factor(class, stop) else { return false };
+        factor.solve(force);
+        true
+    }
+
+    /// `M u` and `C v`.
+    pub(crate) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
+        kernels::lattice_pull(stiff, damped, u, v, &self.lattice);
+        for force in stiff.iter_mut().chain(damped) {
+            *force = -*force;
+        }
+        for &(freedom, stiffness_n_per_m) in self.held() {
+            stiff[freedom] += stiffness_n_per_m * u[freedom];
+        }
+    }
+
+    /// [`StuckLattice::products`] with the same vector, in the basis of a class.
+    pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
+        let motions = &self.classes[class];
+        let zeros = || vec![0.0; self.freedoms()];
+        let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
+        motions.add(&mut all_x, x);
+        self.products(&mut all_stiff, &mut all_damped, &all_x, &all_x);
+        stiff.copy_from_slice(&motions.fold(&all_stiff));
+        damped.copy_from_slice(&motions.fold(&all_damped));
+    }
+
+    /// `sqrt(k_t / m)` in units of the step.
+    pub(crate) fn swing_rate(&self) -> f64 {
+        self.step_s * (self.interfacial_n_per_m / self.mass_kg).sqrt()
+    }
+
+    /// `K + a + b D` for two numbers `a` and `b` in the basis of a class, factored, and the place of each freedom
+    /// in it; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
+    pub(crate) fn complex_factor(
+        &self,
+        class: usize,
+        [a, b]: [Complex; 2],
+        stop: &Stop<'_>,
+    ) -> Option<(ComplexBand, Vec<usize>)> {
+        let assembly = Assembly::of(&self.lattice, &self.classes[class]);
+        let stiffness = assembly.stiffness(self.held().copied());
+        let damping = (!stop.look()).then(|| assembly.damping())?;
+        let (by_stiffness, by_damping) =
+            (self.step_s * self.step_s / self.mass_kg, self.step_s / self.mass_kg);
+        let parts = stiffness.iter().zip(&damping);
+        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scaled(by_damping * c));
+        let mut band: Vec<Complex> = (!stop.look()).then(|| joined.collect())?;
+        for row in band.chunks_exact_mut(assembly.width) {
+            let diagonal = row.len() - 1;
+            row[diagonal] = row[diagonal] + a;
+        }
+        let factor = ComplexBand::factored(band, assembly.width, stop);
+        (!stop.has_come()).then_some((factor, assembly.place))
+    }
+
+    /// All springs that hold freedoms.
+    fn held(&self) -> impl Iterator<Item = &(usize, f64)> {
+        self.held_n_per_m.iter().chain(&self.coupled_n_per_m)
+    }
+
+    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor> {
+        let Factored { motions, factor } = &self.factors[number];
+        stop.get_or_find(factor, || self.factored(motions, stop))
+    }
+
+    fn factored(&self, motions: &Motions, stop: &Stop<'_>) -> Option<Factor> {
+        let assembly = Assembly::of(&self.lattice, motions);
+        let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
+        let Assembly { width, place, .. } = assembly;
+        let mut groups = (0..place.len()).step_by(ROWS);
+        let is_positive = groups.all(|from| !stop.look() && kernels::factor_rows(&mut band, width, from));
+        is_positive.then_some(Factor { band, width, place })
+    }
+}
+
+impl Factor {
+    fn solve(&self, force: &mut [f64]) {
+        let mut placed = vec![0.0; force.len()];
+        for (place, force) in self.place.iter().zip(&*force) {
+            placed[*place] = *force;
+        }
+        kernels::solve_band(&mut placed, &self.band, self.width);
+        for (place, x) in self.place.iter().zip(force) {
+            *x = placed[*place];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::resolve;
+    use asperity_model::{Plan, mixed};
+
+    use super::StuckLattice;
+    use crate::modes::slow_modes::pressed;
+    use crate::records::stop::Stop;
+
+    fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
+        let plan = Plan::new(&resolve(scenario, sets).unwrap_or_else(|error| panic!("{error}")));
+        let stuck = StuckLattice::of(&plan, plan.elastic, &Stop::never());
+        (plan, stuck.expect("it is positive"))
+    }
+
+    fn numbers(seed: u64, count: usize) -> Vec<f64> {
+        (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
+    }
+
+    const BODY: [&str; 5] = [
+        "slider.blocks=4",
+        "slider.rows=3",
+        "slider.height_m=0.09333333333333334",
+        "slider.mass_kg=7.56",
+        "drive.height_m=0.046666666666666667",
+    ];
+
+    #[test]
+    fn what_is_solved_is_the_stuck_lattice() {
+        let wide = ["slider.across=4", "slider.width_m=0.14"];
+        let narrow = ["slider.across=3", "slider.width_m=0.09333333333333334"];
+        for (scenario, sets) in [
+            (
+                "slab",
+                vec!["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"],
+            ),
+            (
+                "slab",
+                vec![
+                    "slider.blocks=4",
+                    "slider.rows=9",
+                    "slider.height_m=0.37333333333333335",
+                    "time.step_s=1e-8",
+                ],
+            ),
+            ("body-coarse", [&BODY[..], &wide].concat()),
+            ("body-coarse", [&BODY[..], &narrow].concat()),
+            ("body-coarse", [&BODY[..], &narrow, &["drive.across=1"]].concat()),
+            ("body-coarse", [&BODY[..], &narrow, &["drive.across=2"]].concat()),
+            ("sheet-coarse", vec![]),
+            ("sheet-coarse", vec!["drive.across=6"]),
+        ] {
+            let (plan, stuck) = stuck(scenario, &sets);
+            let freedoms = stuck.freedoms();
+            let u = numbers(1, freedoms);
+            let (mut force, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+            stuck.products(&mut force, &mut damped, &u, &u);
+            assert!(stuck.solve(&mut force, &Stop::never()));
+            for (found, u) in force.iter().zip(&u) {
+                assert!((found - u).abs() < 1e-11, "{scenario} {sets:?}: {found} {u}");
+            }
+            // The state of rest is at rest in it.
+            let rest = &plan.initial.displacement_m;
+            stuck.products(&mut force, &mut damped, rest, rest);
+            for spring in &plan.drive.springs {
+                force[spring.block] -= spring.stiffness_n_per_m * spring.rest_m;
+            }
+            for (freedom, load_n) in pressed(&plan, &stuck.lattice) {
+                force[freedom] += load_n;
+            }
+            assert!(force.iter().all(|force| force.abs() < 1e-9), "{force:?}");
+        }
+    }
+
+    /// By elimination in the matrix of all freedoms, which knows no bands, no halves and no coupling.
+    #[test]
+    fn halves_and_coupling_solve_as_elimination_does() {
+        for row in ["drive.across=0", "drive.across=1", "drive.across=2"] {
+            for (across, width) in [("slider.across=3", "0.09333333333333334"), ("slider.across=4", "0.14")] {
+                let width = format!("slider.width_m={width}");
+                let (_, stuck) = stuck("body-coarse", &[&BODY[..], &[across, &width, row]].concat());
+                let freedoms = stuck.freedoms();
+                let mut rows: Vec<Vec<f64>> = (0..freedoms)
+                    .map(|n| {
+                        let mut unit = vec![0.0; freedoms];
+                        unit[n] = 1.0;
+                        let (mut row, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+                        stuck.products(&mut row, &mut damped, &unit, &unit);
+                        row
+                    })
+                    .collect();
+                let mut right = numbers(2, freedoms);
+                let mut found = right.clone();
+                assert!(stuck.solve(&mut found, &Stop::never()));
+                for i in 0..freedoms {
+                    let (above, below) = rows.split_at_mut(i + 1);
+                    for (j, row) in below.iter_mut().enumerate() {
+                        let factor = row[i] / above[i][i];
+                        for k in i..freedoms {
+                            row[k] -= factor * above[i][k];
+                        }
+                        right[i + 1 + j] -= factor * right[i];
+                    }
+                }
+                for i in (0..freedoms).rev() {
+                    let known: f64 = (i + 1..freedoms).map(|j| rows[i][j] * right[j]).sum();
+                    right[i] = (right[i] - known) / rows[i][i];
+                }
+                let largest = right.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for (found, expected) in found.iter().zip(&right) {
+                    assert!((found - expected).abs() < 1e-12 * largest, "{row}: {found} {expected}");
+                }
+                let is_coupled = stuck.classes().len() == 1;
+                assert_eq!(
+                    is_coupled,
+                    row != "drive.across=0" && !(row == "drive.across=2" && across == "slider.across=3")
+                );
+            }
+        }
+    }
+
+    /// Even motions have even forces, odd ones odd forces, to the bit, and each class has its own solution.
+    #[test]
+    fn classes_of_motions_do_not_mix() {
+        let (_, stuck) =
+            stuck("body-coarse", &[&BODY[..], &["slider.across=4", "slider.width_m=0.14"]].concat());
+        let freedoms = stuck.freedoms();
+        assert_eq!(stuck.classes().iter().map(|motions| motions.size()).sum::<usize>(), freedoms);
+        for (class, motions) in stuck.classes().iter().enumerate() {
+            let own = numbers(3, motions.size());
+            let mut all = vec![0.0; freedoms];
+            motions.add(&mut all, &own);
+            let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+            stuck.products(&mut stiff, &mut damped, &all, &all);
+            let other = &stuck.classes()[1 - class];
+            assert!(other.lack(&all) && other.lack(&stiff) && other.lack(&damped));
+            assert!(!motions.lack(&all));
+            let (mut own_stiff, mut own_damped) = (vec![0.0; own.len()], vec![0.0; own.len()]);
+            stuck.products_in(class, &mut own_stiff, &mut own_damped, &own);
+            assert!(stuck.solve_in(class, &mut own_stiff, &Stop::never()));
+            for (found, own) in own_stiff.iter().zip(&own) {
+                assert!((found - own).abs() < 1e-12, "{found} {own}");
+            }
+        }
+    }
+}

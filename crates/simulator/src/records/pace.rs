@@ -1,0 +1,83 @@
+//! How a solver takes its steps, and what a checkpoint saves of it.
+
+use asperity_model::Plan;
+use serde::{Deserialize, Serialize};
+
+use crate::leap::cost::{self, FIRST_SAVED_STEPS};
+use crate::step::state::SliderState;
+
+/// A solver between two records: the slider, and the accounts that decide how the solver divides the
+/// following steps. The accounts are no physics, but a resumed run must round as the run that it continues.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Snapshot {
+    /// The state of the slider.
+    pub slider: SliderState,
+    /// The accounts of the solver.
+    pub pace: Pace,
+}
+
+impl Snapshot {
+    /// Checks a loaded snapshot against the plan ([`SliderState::fits`]). Any accounts are possible.
+    pub fn fits(&self, plan: &Plan) -> bool {
+        self.slider.fits(plan)
+    }
+}
+
+impl From<SliderState> for Snapshot {
+    /// A slider that a solver takes over.
+    fn from(slider: SliderState) -> Snapshot {
+        Snapshot { slider, pace: Pace::default() }
+    }
+}
+
+/// The accounts on which the fast solver bases its choice of steps (`cost.rs`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pace {
+    /// Pending single steps before the next attempt to leap.
+    pub single_steps: u64,
+    /// No jump is tried before this step.
+    pub no_jump_before_step: u64,
+    /// Net steps saved by leaps, after their cost, up to a limit.
+    pub saved_steps: u64,
+}
+
+impl Default for Pace {
+    fn default() -> Pace {
+        Pace { single_steps: 0, no_jump_before_step: 0, saved_steps: FIRST_SAVED_STEPS }
+    }
+}
+
+impl Pace {
+    /// At the start of a plan, which may go on from another run.
+    pub(crate) fn at_start(plan: &Plan) -> Pace {
+        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
+        solver.map_or_else(Pace::default, |solver| {
+            let [single_steps, no_jump_before_step, saved_steps] = solver.pace;
+            Pace { single_steps, no_jump_before_step, saved_steps }
+        })
+    }
+
+    /// Pays for overhead from the steps that leaps have saved; returns the steps that are not covered.
+    pub(crate) fn pay(&mut self, cost_steps: u64) -> u64 {
+        cost::pay(&mut self.saved_steps, cost_steps)
+    }
+
+    /// Pays, and schedules single steps for the part that is not covered.
+    pub(crate) fn pay_or_pause(&mut self, cost_steps: u64) {
+        let debt_steps = self.pay(cost_steps);
+        self.take_singly(cost::pause_steps(debt_steps));
+    }
+
+    /// Requires at least this number of single steps.
+    pub(crate) fn take_singly(&mut self, steps: u64) {
+        self.single_steps = self.single_steps.max(steps);
+    }
+
+    /// Has a refused jump wait, for longer if it was not paid for.
+    pub(crate) fn wait_for_jump(&mut self, step: u64, patience_steps: u64, cost_steps: u64) {
+        let pause_steps = cost::pause_steps(self.pay(cost_steps));
+        self.no_jump_before_step = step + patience_steps.max(pause_steps);
+    }
+}

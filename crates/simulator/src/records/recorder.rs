@@ -1,0 +1,428 @@
+//! Which steps and states are recorded. All solvers use this recorder, so that their records agree.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use asperity_model::{Plan, WindowPlan};
+use asperity_record::{
+    Direction, Energy, FieldRecord, Record, StepRecord, Switch, SwitchAcross, WindowRecord,
+};
+
+use crate::energy::instability_stop::InstabilityStop;
+use crate::records::solver::{Next, SimulationError};
+use crate::step::single_step::{Driving, SingleSteps};
+use crate::step::state::SliderState;
+use crate::step::strength::{Load, threshold_n};
+
+/// Turns states into records, and determines the next step at which a cadence requires one.
+#[derive(Debug, Clone)]
+pub(crate) struct Recorder {
+    due_step: u64,
+    /// The first step of a run that begins while contacts slide: its record is the onset of a slip event.
+    onset_step: Option<u64>,
+    ready: VecDeque<Record>,
+    instability: InstabilityStop,
+    /// The error to report once the queued records are handed out.
+    stop: Option<SimulationError>,
+}
+
+impl Recorder {
+    /// A recorder at the start of a run, with the initial fields ready. `initial_j` is the energy at the start that
+    /// may set the slider in motion.
+    pub(crate) fn new(plan: &Plan, initial: &SliderState, initial_j: f64) -> Recorder {
+        let stop = state_not_finite(initial);
+        let first = Record::Fields(Box::new(fields(plan, initial)));
+        let onset_step = (initial.detached > 0).then_some(initial.step + 1);
+        Recorder {
+            due_step: next_due(plan, initial.step, initial.detached).min(onset_step.unwrap_or(u64::MAX)),
+            onset_step,
+            ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
+            instability: InstabilityStop::of(plan, initial_j),
+            stop,
+        }
+    }
+
+    /// A recorder at the start of a stepper's run.
+    pub(crate) fn at_start(plan: &Plan, stepper: &mut (impl SingleSteps + ?Sized)) -> Recorder {
+        let mut recorder = Recorder::new(plan, stepper.state(), stepper.initial_j());
+        if stepper.state().detached > 0 {
+            let energy = stepper.energy();
+            recorder.begin_sliding(plan, stepper.state(), energy);
+        }
+        recorder
+    }
+
+    /// Records the contacts that slide at the start as if they detached there, under the force that they bear, so that
+    /// the switches tell which contacts slide.
+    pub(crate) fn begin_sliding(&mut self, plan: &Plan, initial: &SliderState, energy: Energy) {
+        if initial.detached == 0 || self.stop.is_some() {
+            return;
+        }
+        let sliding = (0..plan.blocks).filter(|n| initial.slip[*n] != 0.0);
+        let switches = sliding.map(|n| {
+            let switch = switch(plan, initial, n);
+            Switch { threshold_n: switch.force_magnitude_n(), ..switch }
+        });
+        let driving = driving_at_start(plan, initial);
+        let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
+        self.stop = not_finite(&record, initial.step, initial);
+        if self.stop.is_some() {
+            self.ready.clear();
+        } else {
+            self.ready.push_front(Record::Step(record));
+        }
+    }
+
+    /// The next queued record.
+    ///
+    /// # Errors
+    /// If none is queued and the run cannot continue.
+    pub(crate) fn next(&mut self) -> Result<Next, SimulationError> {
+        match (self.ready.pop_front(), &self.stop) {
+            (Some(record), _) => Ok(Next::Record(record)),
+            (None, Some(stop)) => Err(stop.clone()),
+            (None, None) => Ok(Next::End),
+        }
+    }
+
+    /// Whether no record and no error is queued.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.ready.is_empty() && self.stop.is_none()
+    }
+
+    /// The next step at which a cadence, or the end of the run, asks for a record.
+    pub(crate) fn due_step(&self) -> u64 {
+        self.due_step
+    }
+
+    /// Drops queued records, and continues after a state.
+    pub(crate) fn continue_after(&mut self, plan: &Plan, state: &SliderState) {
+        self.ready.clear();
+        self.stop = None;
+        self.due_step = self.next_due(plan, state.step, state.detached);
+    }
+
+    fn next_due(&self, plan: &Plan, step: u64, detached: u32) -> u64 {
+        let onset_step = self.onset_step.filter(|onset| *onset > step);
+        next_due(plan, step, detached).min(onset_step.unwrap_or(u64::MAX))
+    }
+
+    /// Records a single step if a block switched in it, if it is the onset or end of a slip event, or if
+    /// a cadence requires it.
+    pub(crate) fn observe(
+        &mut self,
+        plan: &Plan,
+        stepper: &mut (impl SingleSteps + ?Sized),
+        was_sliding: bool,
+        driving: Driving,
+    ) -> Result<(), SimulationError> {
+        let state = stepper.state();
+        let edge = was_sliding != (state.sliding > 0);
+        if edge || !stepper.switched().is_empty() || state.step == self.due_step {
+            let energy = stepper.energy();
+            self.record(plan, stepper.state(), driving, energy, stepper.switched(), edge)?;
+        }
+        Ok(())
+    }
+
+    /// Records the step that led to `state`: the energies then, the blocks that switched in it
+    /// (counted from 0), and whether it is the onset or end of a slip event. Returns whether it has a step record.
+    pub(crate) fn record(
+        &mut self,
+        plan: &Plan,
+        state: &SliderState,
+        driving: Driving,
+        energy: Energy,
+        switched: &[usize],
+        edge: bool,
+    ) -> Result<bool, SimulationError> {
+        let step = state.step;
+        let edge = edge || self.onset_step == Some(step);
+        if !edge && switched.is_empty() && next_step_due(plan, step - 1) != step {
+            // Only the state of a rupture is due. If it is not finite, the next step record reports
+            // that, as in a run without these states.
+            if state_not_finite(state).is_none() {
+                self.states(plan, state, false);
+            }
+            self.due_step = self.next_due(plan, step, state.detached);
+            return Ok(false);
+        }
+        let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
+        let record = load(plan, state, driving, energy, switches);
+        self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
+        self.stop = self.instability.stops(&record);
+        self.ready.push_back(Record::Step(record));
+        self.states(plan, state, edge);
+        self.due_step = self.next_due(plan, step, state.detached);
+        Ok(true)
+    }
+
+    /// Records the states that are due after a step.
+    fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
+        for due in due_states(plan, state.step, edge, state.sliding) {
+            self.ready.push_back(match due {
+                Due::Fields => Record::Fields(Box::new(fields(plan, state))),
+                Due::Window(index) => window_record(plan, state, index),
+            });
+        }
+    }
+
+    /// Ends the run with the error that was found, if any.
+    fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
+        self.stop = found;
+        self.stop.clone().map_or(Ok(()), Err)
+    }
+}
+
+/// The forces of the drive at the start, with point and nodes at their places.
+fn driving_at_start(plan: &Plan, initial: &SliderState) -> Driving {
+    let point_m = plan.drive_point_m(initial.step, initial.hold_step);
+    let pull_n = |block: usize| {
+        let springs = plan.drive.springs.iter().filter(|spring| spring.block == block);
+        springs.map(|spring| spring.force_n(point_m, initial.displacement_m[block])).sum()
+    };
+    Driving {
+        total_n: plan.drive.total_force_n(point_m, &initial.displacement_m)
+            + plan.drive_force_n(initial.step, initial.hold_step).unwrap_or(0.0),
+        ends_n: plan.drive.pulls_both_ways().then(|| [pull_n(0), pull_n(plan.blocks - 1)]),
+    }
+}
+
+fn load(
+    plan: &Plan,
+    state: &SliderState,
+    driving: Driving,
+    energy: Energy,
+    switches: Vec<Switch>,
+) -> StepRecord {
+    StepRecord {
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
+        driving_force_n: driving.total_n,
+        end_forces_n: driving.ends_n,
+        energy,
+        junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
+        peak_velocity_m_per_s: state.peak_velocity_m_per_s,
+        normal_load_n: Load::of_all(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
+        sliding: state.sliding,
+        switches,
+    }
+}
+
+/// A state that is recorded after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Due {
+    /// All blocks.
+    Fields,
+    /// A dense window, by its index in the plan; the next index is that of ruptures.
+    Window(usize),
+}
+
+/// States to be recorded after a step, in this order. `edge` marks the onset or end of a slip event,
+/// `sliding` is the number of blocks that slid. A step without a step record may have the state of a
+/// rupture; all other states follow the record of their step.
+fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
+    let recording = &plan.recording;
+    let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
+    let is_in = move |window: &WindowPlan| next_in_window(window, step - 1) == Some(step);
+    let windows = recording.windows.iter().enumerate();
+    let windows = windows.filter(move |(_, window)| is_in(window)).map(|(index, _)| Due::Window(index));
+    let of_rupture = recording.rupture_fields.is_some_and(|fields| fields.are_due(step, sliding));
+    let of_rupture = of_rupture.then_some(Due::Window(recording.windows.len()));
+    fields.then_some(Due::Fields).into_iter().chain(windows).chain(of_rupture)
+}
+
+fn is_on_cadence(every: u64, step: u64) -> bool {
+    every > 0 && step.is_multiple_of(every)
+}
+
+/// The first step after `step` at which a cadence, a rupture or the end of the run requires a record;
+/// `u64::MAX` after the end. `detached` blocks slide until then.
+fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
+    let of_rupture = plan.recording.rupture_fields.and_then(|fields| fields.next_due(step, detached));
+    next_step_due(plan, step).min(of_rupture.unwrap_or(u64::MAX))
+}
+
+/// The first step after `step` at which a step record is due, which the states of ruptures do not need.
+fn next_step_due(plan: &Plan, step: u64) -> u64 {
+    if step >= plan.steps {
+        return u64::MAX;
+    }
+    let recording = &plan.recording;
+    let cadences = [recording.sample_every_steps, recording.fields_every_steps];
+    let on_cadence = cadences.into_iter().filter(|&every| every > 0).map(|every| (step / every + 1) * every);
+    let in_window = recording.windows.iter().filter_map(|window| next_in_window(window, step));
+    on_cadence.chain(in_window).chain([plan.steps]).min().unwrap_or(plan.steps)
+}
+
+/// The first step of a window after `step`, if there is one.
+fn next_in_window(window: &WindowPlan, step: u64) -> Option<u64> {
+    let next = match step.checked_sub(window.from_step) {
+        Some(into) => window.from_step + (into / window.every_steps + 1) * window.every_steps,
+        // A window from step 0 starts with step 1, since step 0 is the initial state.
+        None => window.from_step,
+    };
+    (next <= window.to_step).then_some(next)
+}
+
+fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
+    Switch {
+        block: n as u32 + 1,
+        direction: if state.slip[n] != 0.0 { Direction::Detach } else { Direction::Attach },
+        displacement_m: state.displacement_m[n],
+        velocity_m_per_s: state.velocity_m_per_s[n],
+        tangential_force_n: state.tangential_force_n[n],
+        stick_position_m: state.stick_position_m[n],
+        threshold_n: threshold_n(plan, state, n),
+        junctions_slipping: state.junctions.as_ref().map(|junctions| junctions.slipping(n)),
+        across: is_area(plan, state).then(|| SwitchAcross {
+            displacement_m: state.displacement_m[plan.elastic.nodes() + n],
+            velocity_m_per_s: state.velocity_m_per_s[plan.elastic.nodes() + n],
+            tangential_force_n: state.tangential_force_n[plan.blocks + n],
+            stick_position_m: state.stick_position_m[plan.blocks + n],
+        }),
+    }
+}
+
+/// Whether contacts cover an area, so that they have a second tangential axis, across the sliding direction.
+fn is_area(plan: &Plan, state: &SliderState) -> bool {
+    state.tangential_force_n.len() > plan.blocks
+}
+
+/// The values across the sliding direction of some contacts, of an array in which those of all nodes or
+/// contacts, `along`, come before; none where contacts lie in a single row.
+fn across(
+    plan: &Plan,
+    state: &SliderState,
+    values: &[f64],
+    along: usize,
+    contacts: Range<usize>,
+) -> Vec<f64> {
+    match is_area(plan, state) {
+        true => values[along..][contacts].to_vec(),
+        false => Vec::new(),
+    }
+}
+
+/// The state of all blocks; of a lattice, of its contacts.
+pub fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
+    let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
+    let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
+    let across = |values: &[f64], along| across(plan, state, values, along, 0..contacts);
+    FieldRecord {
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
+        displacement_m: state.displacement_m[..plan.blocks].to_vec(),
+        velocity_m_per_s: state.velocity_m_per_s[..plan.blocks].to_vec(),
+        tangential_force_n: state.tangential_force_n[..plan.blocks].to_vec(),
+        normal_load_n: state.normal_load_n.clone(),
+        stick_position_m: state.stick_position_m[..plan.blocks].to_vec(),
+        detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
+        junctions_slipping,
+        pinned_mean_ratio,
+        pinned_width_ratio,
+        state: state.friction_state.clone(),
+        displacement_across_m: across(&state.displacement_m, nodes),
+        velocity_across_m_per_s: across(&state.velocity_m_per_s, nodes),
+        tangential_force_across_n: across(&state.tangential_force_n, contacts),
+        stick_position_across_m: across(&state.stick_position_m, contacts),
+    }
+}
+
+/// The normal load of each contact in the last step, whether the foundation bears it or it is given.
+pub fn contact_loads_n(plan: &Plan, state: &SliderState) -> Vec<f64> {
+    if !state.normal_load_n.is_empty() {
+        return state.normal_load_n.clone();
+    }
+    plan.loads_n(state.step, state.hold_step)
+}
+
+/// How many junctions of each contact slip, and mean and width of the forces of the pinned ones, over the load
+/// that each bears.
+fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>) {
+    let Some(junctions) = &state.junctions else { return Default::default() };
+    let loads_n = contact_loads_n(plan, state);
+    let of = |n: usize| {
+        let [mean, width] = junctions.pinned_ratios(plan, n, state.displacement_m[n], loads_n[n]);
+        (junctions.slipping(n), (mean, width))
+    };
+    let (slipping, (mean, width)) = (0..plan.blocks).map(of).unzip();
+    (slipping, mean, width)
+}
+
+/// The blocks of a dense window, or of the states of ruptures, counted from 0.
+fn blocks_of(plan: &Plan, index: usize) -> Range<usize> {
+    plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
+}
+
+fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
+    let blocks = blocks_of(plan, index);
+    let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
+    let across = |values: &[f64], along| across(plan, state, values, along, blocks.clone());
+    Record::Window(WindowRecord {
+        window: index as u32,
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
+        sliding: state.sliding,
+        first_block: blocks.start as u32 + 1,
+        displacement_m: state.displacement_m[blocks.clone()].to_vec(),
+        velocity_m_per_s: state.velocity_m_per_s[blocks.clone()].to_vec(),
+        tangential_force_n: state.tangential_force_n[blocks.clone()].to_vec(),
+        displacement_across_m: across(&state.displacement_m, nodes),
+        velocity_across_m_per_s: across(&state.velocity_m_per_s, nodes),
+        tangential_force_across_n: across(&state.tangential_force_n, contacts),
+    })
+}
+
+/// The error for the first block whose state is not finite.
+fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
+    let kinds = [
+        ("a displacement", &state.displacement_m),
+        ("a velocity", &state.velocity_m_per_s),
+        ("a tangential force", &state.tangential_force_n),
+        ("the anchor of a friction spring", &state.stick_position_m),
+    ];
+    let mut suspect = kinds.into_iter().filter(|(_, values)| !are_finite(values));
+    suspect.find_map(|(what, values)| {
+        let n = values.iter().position(|value| !value.is_finite())?;
+        Some(at_block(what, state.step, state, n))
+    })
+}
+
+/// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN. In lanes, which
+/// compilers vectorise.
+fn are_finite(values: &[f64]) -> bool {
+    let (groups, rest) = values.as_chunks::<8>();
+    let mut lanes = [0.0; 8];
+    for group in groups {
+        for (lane, value) in lanes.iter_mut().zip(group) {
+            *lane += value * 0.0;
+        }
+    }
+    lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
+}
+
+/// The error if a number of a step record is not finite although the state is. A number of the whole
+/// slider is reported with the fastest block.
+fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<SimulationError> {
+    let ends_n = record.end_forces_n.into_iter().flatten();
+    let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
+    let energies_j = record.energy.parts();
+    let peak = record.peak_velocity_m_per_s.map(|speed| ("the largest speed", speed));
+    let mut numbers = driving_n.chain(energies_j).chain(peak);
+    let (what, _) = numbers.find(|(_, value)| !value.is_finite())?;
+    let speed = |n: &usize| state.velocity_m_per_s[*n].abs();
+    let fastest = (0..state.velocity_m_per_s.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));
+    Some(at_block(what, step, state, fastest.unwrap_or(0)))
+}
+
+fn at_block(what: &'static str, step: u64, state: &SliderState, n: usize) -> SimulationError {
+    SimulationError::NotFinite {
+        step,
+        what,
+        // For a node above the contacts, the contact below it.
+        block: (n % state.slip.len()) as u32 + 1,
+        displacement_m: state.displacement_m[n],
+        velocity_m_per_s: state.velocity_m_per_s[n],
+    }
+}

@@ -1,0 +1,91 @@
+//! Bodies: how nodes are joined, and one step of their motion.
+//!
+//! A body computes the part of a step that depends on how its nodes are joined: the pull between them, the
+//! normal load on its contacts, friction, the motion of all freedoms, and the energies of these. The
+//! [`Stepper`](crate::step::stepper::Stepper) does the rest: drive, switches, the end of the drive.
+//!
+//! A body is a file of the folder `body`, and an arm where the plain and the fast solver start.
+
+mod chain;
+mod lattice;
+
+pub(crate) use chain::ChainBody;
+pub(crate) use lattice::LatticeBody;
+
+use std::fmt::Debug;
+
+use asperity_model::Plan;
+use asperity_model::law::magnitude;
+use asperity_record::Energy;
+
+use crate::energy::Bookkeeping;
+use crate::step::state::SliderState;
+use crate::step::strength::Load;
+
+/// The part of a step that depends on the body.
+pub(crate) trait Body: Clone + Debug + Send + 'static {
+    /// Counts the energies of a run that begins in a given state from there.
+    fn begin_in(&mut self, _plan: &Plan, _state: &mut SliderState) {}
+
+    /// Prepares the energies for a step, the first of at least `steps_ahead` single steps.
+    fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
+
+    /// Brings the forces from outside and the strength of contacts to the load of the step.
+    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+
+    /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
+    fn pull_at(&mut self, freedom: usize, force_n: f64);
+
+    /// Adds to the force of [`Body::pull_at`] on a freedom.
+    fn pull_more_at(&mut self, freedom: usize, force_n: f64);
+
+    /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
+    /// moves, `way_m` its way.
+    fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64, _way_m: f64) {}
+
+    /// Computes forces, friction, new velocities and positions of all freedoms, with the tangential forces
+    /// on contacts; returns whether any contact may switch.
+    fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool;
+
+    /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
+    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]);
+
+    /// The magnitude of the force by which a stuck contact detached in this step: that of the tangential force without
+    /// friction, unless the law says otherwise.
+    fn detaching_force_n(&self, plan: &Plan, state: &SliderState, n: usize) -> f64 {
+        match state.tangential_force_n.get(plan.blocks + n) {
+            None => magnitude([state.tangential_force_n[n]]),
+            Some(across) => magnitude([state.tangential_force_n[n], *across]),
+        }
+    }
+
+    /// Updates the memory of the contacts after a step in which some switched, for a law with memory.
+    fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]);
+
+    /// Displacement before the step of a freedom of a contact.
+    fn former_displacement_m(&self, freedom: usize) -> f64;
+
+    /// Adds the energy changes of the step.
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+
+    /// Ends the step; `is_last` if a contact switched in it or the drive stopped.
+    fn end_step(&mut self, _plan: &Plan, _state: &mut SliderState, _is_last: bool) {}
+
+    /// Energy at the start that may set the body in motion.
+    fn initial_j(&self) -> f64;
+
+    /// Energies at the end of the last step.
+    fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy;
+
+    /// Continues with the energies of a state that was not reached by the last step.
+    fn follow(&mut self, _plan: &Plan, _state: &SliderState) {}
+}
+
+/// A body that a plan can ask for.
+pub(crate) trait OfPlan: Body {
+    /// How the model gives its nodes and bonds.
+    type Elastic: Clone + Debug;
+
+    /// The body at the start of a plan.
+    fn of_plan(plan: &Plan, elastic: &Self::Elastic, state: &SliderState, keeping: Bookkeeping) -> Self;
+}

@@ -1,0 +1,300 @@
+//! The chain in steps: every node carries a contact.
+//!
+//! Its loops go over arrays of all blocks at once ([`crate::kernels`]); displacements and velocities of
+//! a step are written beside those of the step before.
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_model::body::elastic::Chain;
+use asperity_model::law::magnitude;
+use asperity_record::Energy;
+
+use crate::energy::{Accounts, Bookkeeping};
+use crate::kernels::{self, After, Blocks, Moved, Steps};
+use crate::step::body::{Body, OfPlan};
+use crate::step::junctions::{JunctionLoops, Loaded};
+use crate::step::law::{ChainLoops, loops};
+use crate::step::state::SliderState;
+use crate::step::strength::{Load, Strength};
+
+/// A chain of blocks.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainBody {
+    chain: Chain,
+    law: Arc<dyn ChainLoops>,
+    junctions: Option<FreeChain>,
+    /// Displacements, velocities and tangential forces before the step.
+    former_displacement_m: Vec<f64>,
+    former_velocity_m_per_s: Vec<f64>,
+    former_tangential_force_n: Vec<f64>,
+    /// Forces of the friction springs in the last step and in the next, by a law by which these detach contacts.
+    by_springs: Option<[Vec<f64>; 2]>,
+    /// External force on each node, from the drive and the prestress, and whether any node but two ends is
+    /// pulled.
+    outer_force_n: Vec<f64>,
+    prestress_n: Vec<f64>,
+    is_pulled_inside: bool,
+    /// Normal loads of the contacts in the last step.
+    strength: Strength,
+    accounts: Accounts,
+    /// Whether the current step is added by itself, outside any span.
+    adds_alone: bool,
+}
+
+/// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
+#[derive(Debug, Clone)]
+struct FreeChain {
+    contacts: JunctionLoops,
+    /// 1 for every block.
+    free: Vec<f64>,
+}
+
+impl ChainBody {
+    /// The energies' accounts.
+    pub(crate) fn accounts_mut(&mut self) -> &mut Accounts {
+        &mut self.accounts
+    }
+
+    /// Steps until the first contact would switch, by linear extrapolation of forces and velocities from
+    /// the last two steps, in which none may have switched.
+    pub(crate) fn foreseen_steps(&self, plan: &Plan, state: &SliderState) -> f64 {
+        let [tau, tau_before] = match &self.by_springs {
+            Some([last_n, next_n]) => [next_n, last_n],
+            None => [&state.tangential_force_n, &self.former_tangential_force_n],
+        };
+        let steps =
+            Steps { tau, tau_before, v: &state.velocity_m_per_s, v_before: &self.former_velocity_m_per_s };
+        let decline = if self.strength.changes() {
+            self.strength.load.fall_to(Load::in_step(plan, state.step + 1, state.hold_step))
+        } else {
+            0.0
+        };
+        kernels::crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
+    }
+}
+
+impl OfPlan for ChainBody {
+    type Elastic = Chain;
+
+    fn of_plan(plan: &Plan, &chain: &Chain, state: &SliderState, keeping: Bookkeeping) -> ChainBody {
+        let zeros = || vec![0.0; chain.nodes];
+        ChainBody {
+            law: loops(plan.friction.law),
+            junctions: JunctionLoops::of(plan)
+                .map(|contacts| FreeChain { contacts, free: vec![1.0; chain.nodes] }),
+            former_displacement_m: zeros(),
+            former_velocity_m_per_s: zeros(),
+            former_tangential_force_n: zeros(),
+            by_springs: plan.friction.law.detaches_by_spring().then(|| [zeros(), zeros()]),
+            outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
+            prestress_n: plan.outside_n(state.step),
+            // Both ends of one block are the same node.
+            is_pulled_inside: chain.nodes == 1
+                || plan.drive.pulls_inside(chain.nodes)
+                || !plan.prestress_n.is_empty()
+                || plan.prestress_course.is_some()
+                || plan.friction.law.holds()
+                || plan.friction.law.junctions().is_some(),
+            strength: Strength::new(plan),
+            accounts: Accounts::new(plan, chain, state, keeping),
+            adds_alone: true,
+            chain,
+        }
+    }
+}
+
+impl Body for ChainBody {
+    fn begin_in(&mut self, plan: &Plan, state: &mut SliderState) {
+        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
+        if solver.is_some_and(|solver| solver.has_open_span) {
+            self.accounts.begin(plan, state, state.step);
+        }
+    }
+
+    #[inline]
+    fn begin_step(&mut self, plan: &Plan, state: &mut SliderState, steps_ahead: u64) {
+        self.adds_alone = self.accounts.adds_single_steps(state, steps_ahead);
+        if !self.adds_alone {
+            let next_step = state.step + 1;
+            self.accounts.begin(plan, state, next_step);
+        }
+    }
+
+    #[inline]
+    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+        if plan.contact_load_course.is_some() {
+            plan.follow_loads_n(state.step, state.hold_step, &mut state.normal_load_n);
+            self.strength.bear(plan, &state.normal_load_n);
+        } else if self.strength.changes() {
+            self.strength.follow(plan, state, load);
+        }
+        if let Some(course) = &plan.prestress_course {
+            course.follow(state.step, &mut self.prestress_n);
+            for (force, constant) in self.prestress_n.iter_mut().zip(&plan.prestress_n) {
+                *force += constant;
+            }
+        }
+        if self.junctions.is_some() || plan.prestress_course.is_some() {
+            match self.prestress_n.as_slice() {
+                [] => self.outer_force_n.fill(0.0),
+                prestress_n => self.outer_force_n.copy_from_slice(prestress_n),
+            }
+        }
+    }
+
+    #[inline]
+    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
+            None => force_n,
+            Some(prestress_n) => prestress_n + force_n,
+        };
+    }
+
+    #[inline]
+    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_force_n[freedom] += force_n;
+    }
+
+    #[inline]
+    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, way_m: f64) {
+        self.accounts.add_drive_step(&mut state.energy, along_n, way_m);
+    }
+
+    #[inline]
+    fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
+        let dt = plan.grid.step_s();
+        let (step, strength) = (state.step, &self.strength);
+        if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
+            let loaded =
+                Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+            let (outer_n, anchor_m) = (&mut self.outer_force_n, &mut state.stick_position_m);
+            junctions.contacts.pull(pinned, anchor_m, outer_n, &loaded);
+        }
+        std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
+        let old = Blocks {
+            chain: &self.chain,
+            u: &state.displacement_m,
+            v: &state.velocity_m_per_s,
+            outer_force: &self.outer_force_n,
+            is_pulled_inside: self.is_pulled_inside,
+            u_stick: &state.stick_position_m,
+            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            threshold: &self.strength.threshold_n,
+            sliding_friction: &self.strength.sliding_friction_n,
+            memory: &state.memory,
+            dt,
+            dt_over_m: dt / plan.block_mass_kg,
+            kt: &plan.friction.springs_n_per_m,
+        };
+        let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
+        let may_switch = self.law.step(new, &mut state.tangential_force_n, &old);
+        // The arrays just written become the new state; the old one is kept for the energies.
+        std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
+        std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
+        if let Some([last_n, next_n]) = &mut self.by_springs {
+            let springs = &plan.friction.springs_n_per_m;
+            for (force_n, u) in [(last_n, &self.former_displacement_m), (next_n, &state.displacement_m)] {
+                let anchored = u.iter().zip(&state.stick_position_m).zip(springs);
+                for (force_n, ((u, u_stick), kt)) in force_n.iter_mut().zip(anchored) {
+                    *force_n = kt * (u - u_stick);
+                }
+            }
+        }
+        let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) else {
+            return may_switch;
+        };
+        let contacts = &mut junctions.contacts;
+        // The tangential force is that without friction.
+        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&contacts.friction_n) {
+            *tau_n += friction_n;
+        }
+        let loaded =
+            Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+        contacts.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded)
+    }
+
+    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+        if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
+            return junctions.contacts.mark_switches(pinned, &state.slip, marks);
+        }
+        let after = After {
+            slip: &state.slip,
+            direction: [&self.former_velocity_m_per_s],
+            v_new: [&state.velocity_m_per_s],
+            tau: [self.by_springs.as_ref().map_or(&state.tangential_force_n, |[last_n, _]| last_n)],
+            threshold: &self.strength.threshold_n,
+            memory: &state.memory,
+        };
+        self.law.switching(marks, &after);
+    }
+
+    fn detaching_force_n(&self, _: &Plan, state: &SliderState, n: usize) -> f64 {
+        magnitude([self.by_springs.as_ref().map_or(&state.tangential_force_n, |[last_n, _]| last_n)[n]])
+    }
+
+    fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
+        self.law.remember(plan, state, &self.strength.sliding_friction_n, switched);
+    }
+
+    fn former_displacement_m(&self, freedom: usize) -> f64 {
+        self.former_displacement_m[freedom]
+    }
+
+    #[inline]
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, _: Load) {
+        if !self.adds_alone {
+            return;
+        }
+        let moved = Moved {
+            chain: &self.chain,
+            v: &self.former_velocity_m_per_s,
+            v_new: &state.velocity_m_per_s,
+            tau: &state.tangential_force_n,
+            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            sliding_friction: &self.strength.sliding_friction_n,
+            memory: &state.memory,
+            kt: &plan.friction.springs_n_per_m,
+            dt: plan.grid.step_s(),
+            mass: plan.block_mass_kg,
+        };
+        let (slip, velocities) = (moved.slip, [moved.v, moved.v_new]);
+        if plan.has_contact_courses() {
+            let dt = plan.grid.step_s();
+            if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
+                state.energy.drive_work_j.add(dt * force_n * moved.v_new[0]);
+            }
+            if plan.prestress_course.is_some() {
+                let work_w =
+                    self.prestress_n.iter().zip(moved.v_new).fold(0.0, |sum, (force, v)| sum + force * v);
+                state.energy.load_work_j.add(dt * work_w);
+            }
+        }
+        let mut work = self.law.step_work(&moved);
+        if let Some(junctions) = &self.junctions {
+            let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
+            state.energy.friction_heat_j.add(heat_j);
+            work.scheme_j += scheme_j;
+        }
+        self.accounts.add_step(plan, &mut state.energy, &work, slip, velocities);
+    }
+
+    #[inline]
+    fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
+        if !self.adds_alone {
+            self.accounts.pass(plan, state, is_last);
+        }
+    }
+
+    fn initial_j(&self) -> f64 {
+        self.accounts.initial_j()
+    }
+
+    fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
+        self.accounts.energy(plan, state)
+    }
+
+    fn follow(&mut self, plan: &Plan, state: &SliderState) {
+        self.accounts.follow(plan, state);
+    }
+}

@@ -1,0 +1,97 @@
+//! Loops of the solvers over all contacts, compiled for each contact law.
+//!
+//! A plan's law is chosen where a solver is made; from there on one call through [`ContactLoops`] or
+//! [`ChainLoops`] goes over all contacts.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_model::law::laws::Law;
+use asperity_model::law::{ContactLaw, Stepped, WithLaw};
+
+use crate::kernels::{self, After, Blocks, Moved, Rubbed, StepWork};
+use crate::step::state::SliderState;
+
+/// The loops over the contacts of any body, with `D` tangential freedoms each.
+pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
+    /// Friction of all contacts of a lattice; returns whether any may switch.
+    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool;
+    /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
+    fn switching(&self, marks: &mut [u64], after: &After<'_, D>);
+    /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
+    /// step and the contacts that switched, ascending.
+    fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]);
+}
+
+/// The loops over the nodes of a chain, where every node carries a contact.
+pub(crate) trait ChainLoops: ContactLoops<1> {
+    /// Takes one step; returns whether any contact may switch.
+    fn step(&self, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
+    /// Energy changes of a step.
+    fn step_work(&self, moved: &Moved<'_>) -> StepWork;
+}
+
+/// The loops compiled for one law.
+#[derive(Debug)]
+pub(crate) struct Loops<L>(pub(crate) L);
+
+impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
+    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool {
+        kernels::rub(contacts, &self.0)
+    }
+
+    fn switching(&self, marks: &mut [u64], after: &After<'_, D>) {
+        kernels::switching(marks, after, &self.0);
+    }
+
+    fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]) {
+        let nodes = plan.elastic.nodes();
+        let mut switched = switched.iter().peekable();
+        for (n, memory) in state.memory.chunks_exact_mut(L::MEMORY).enumerate() {
+            let (slides, switched) = (state.slip[n] != 0.0, switched.next_if_eq(&&n).is_some());
+            if slides && switched {
+                continue;
+            }
+            let after = Stepped {
+                step: state.step,
+                step_s: plan.grid.step_s(),
+                re_attached: switched,
+                slides,
+                velocity_m_per_s: std::array::from_fn(|axis| state.velocity_m_per_s[axis * nodes + n]),
+                friction_n: sliding_friction[n],
+            };
+            self.0.remember(&after, memory);
+        }
+    }
+}
+
+impl<L: ContactLaw> ChainLoops for Loops<L> {
+    fn step(&self, (u_new, v_new): (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool {
+        kernels::step(u_new, v_new, tau, old, &self.0)
+    }
+
+    fn step_work(&self, moved: &Moved<'_>) -> StepWork {
+        kernels::step_work(moved, &self.0)
+    }
+}
+
+/// The loops for the law of a plan whose contacts cover an area.
+///
+/// # Panics
+/// If the law has no form for these; scenarios refuse that.
+pub(crate) fn loops_over_area(law: Law) -> Arc<dyn ContactLoops<2>> {
+    Arc::new(Loops(law.over_area().expect("a scenario has a law that is known over an area")))
+}
+
+/// The loops for the law of a plan.
+pub(crate) fn loops(law: Law) -> Arc<dyn ChainLoops> {
+    struct Compiled;
+    impl WithLaw for Compiled {
+        type Output = Arc<dyn ChainLoops>;
+        fn with<L: ContactLaw>(self, law: L) -> Arc<dyn ChainLoops> {
+            Arc::new(Loops(law))
+        }
+    }
+    law.with(Compiled)
+}

@@ -1,0 +1,243 @@
+//! The strength of contacts: the force at which a stuck one detaches, and the friction of a sliding one.
+//!
+//! In a chain, where every node carries one contact, both are proportional to the normal load of the
+//! step, and so is the driving force that stops a drive; a static threshold may also grow while its
+//! contact sticks. In a slab, the normal load of a contact follows from its state.
+
+use asperity_model::Plan;
+
+use crate::step::state::SliderState;
+
+/// The normal load of a step relative to that of the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Load(f64);
+
+impl Load {
+    const OF_START: Load = Load(1.0);
+
+    /// The load of a step, if the drive stopped in `hold_step`.
+    #[inline]
+    pub(crate) fn in_step(plan: &Plan, step: u64, hold_step: u64) -> Load {
+        Load(plan.load_factor(step, hold_step))
+    }
+
+    /// The total load of a step, likewise.
+    pub(crate) fn of_all(plan: &Plan, step: u64, hold_step: u64) -> Load {
+        Load(plan.total_load_factor(step, hold_step))
+    }
+
+    /// A force under this load that is proportional to it and equals `at_start_n` at the start.
+    #[inline]
+    pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
+        self.0 * at_start_n
+    }
+
+    /// The relative decrease from this load to another.
+    pub(crate) fn fall_to(self, other: Load) -> f64 {
+        1.0 - other.0 / self.0
+    }
+}
+
+/// The normal load of a step, and its rate up to the next knot of its course.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ramp {
+    pub(crate) load: Load,
+    /// Change per step, relative to the load of the start.
+    rate: f64,
+}
+
+impl Ramp {
+    /// The constant load of the start.
+    pub(crate) const FLAT: Ramp = Ramp { load: Load::OF_START, rate: 0.0 };
+
+    /// From a step on, if the drive stopped in `hold_step`.
+    pub(crate) fn from_step(plan: &Plan, step: u64, hold_step: u64) -> Ramp {
+        Ramp { load: Load::in_step(plan, step, hold_step), rate: plan.load_course.rate(step, hold_step) }
+    }
+
+    /// Change per step of a force that is proportional to the load and equals `at_start_n` at the start.
+    #[inline]
+    pub(crate) fn change_n(self, at_start_n: f64) -> f64 {
+        self.rate * at_start_n
+    }
+
+    /// Whether the load is constant.
+    pub(crate) fn is_flat(self) -> bool {
+        self.rate == 0.0
+    }
+
+    /// The load `steps` steps later.
+    pub(crate) fn ahead(self, steps: f64) -> Load {
+        if self.is_flat() { self.load } else { Load(self.load.0 + self.rate * steps) }
+    }
+
+    /// The load `steps` steps later, relative to the present one.
+    pub(crate) fn decline(self, steps: f64) -> f64 {
+        if self.is_flat() { 1.0 } else { (self.load.0 + self.rate * steps) / self.load.0 }
+    }
+
+    /// The relative decrease per step.
+    pub(crate) fn fall(self) -> f64 {
+        -self.rate / self.load.0
+    }
+}
+
+/// The sum of the driving forces at which the drive point stops, proportional to the load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StopForce {
+    ratio: f64,
+    normal_load_n: f64,
+}
+
+impl StopForce {
+    /// `None` where no force stops the drive, or it has stopped.
+    #[inline]
+    pub(crate) fn of(plan: &Plan, hold_step: u64) -> Option<StopForce> {
+        let ratio = plan.drive.until_load_ratio.filter(|_| hold_step == u64::MAX)?;
+        Some(StopForce { ratio, normal_load_n: plan.total_normal_load_n })
+    }
+
+    /// Its value under a load.
+    #[inline]
+    pub(crate) fn under_n(self, load: Load) -> f64 {
+        self.ratio * load.scaled_n(self.normal_load_n)
+    }
+
+    /// Its change per step.
+    pub(crate) fn change_n(self, ramp: Ramp) -> f64 {
+        self.ratio * ramp.change_n(self.normal_load_n)
+    }
+}
+
+/// Thresholds and sliding friction of all contacts in one step.
+#[derive(Debug, Clone)]
+pub(crate) struct Strength {
+    /// Lower bounds on the thresholds.
+    pub(crate) threshold_n: Vec<f64>,
+    pub(crate) sliding_friction_n: Vec<f64>,
+    /// The load to which both apply.
+    pub(crate) load: Load,
+    load_changes: bool,
+    age: bool,
+}
+
+impl Strength {
+    /// At the load of the start.
+    pub(crate) fn new(plan: &Plan) -> Strength {
+        Strength {
+            threshold_n: plan.friction.static_threshold_n.clone(),
+            sliding_friction_n: plan.friction.dynamic_friction_n.clone(),
+            load: Load::OF_START,
+            load_changes: !plan.load_course.is_constant(),
+            age: plan.friction.ageing.is_some(),
+        }
+    }
+
+    /// Whether load or age change them.
+    #[inline]
+    pub(crate) fn changes(&self) -> bool {
+        self.load_changes || self.age
+    }
+
+    /// Updates them to the normal loads of all contacts.
+    pub(crate) fn bear(&mut self, plan: &Plan, normal_load_n: &[f64]) {
+        for (n, p) in normal_load_n.iter().enumerate() {
+            self.threshold_n[n] = plan.friction.static_coefficients[n] * p;
+            self.sliding_friction_n[n] = plan.friction.dynamic_coefficients[n] * p;
+        }
+    }
+
+    /// Updates them to the load of a step.
+    pub(crate) fn follow(&mut self, plan: &Plan, state: &SliderState, load: Load) {
+        if load == self.load && !self.age {
+            return;
+        }
+        self.load = load;
+        let scale = |to: &mut [f64], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = load.scaled_n(*from);
+            }
+        };
+        scale(&mut self.threshold_n, least_threshold_n(plan, state));
+        scale(&mut self.sliding_friction_n, &plan.friction.dynamic_friction_n);
+    }
+}
+
+/// Lower bounds on the thresholds of stuck contacts, at the load of the start.
+pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &'a [f64] {
+    if state.aged_threshold_n.is_empty() {
+        &plan.friction.static_threshold_n
+    } else {
+        &state.aged_threshold_n
+    }
+}
+
+/// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
+pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> f64 {
+    aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
+}
+
+/// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
+pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
+    let young = plan.friction.static_coefficients[n];
+    match (&plan.friction.ageing, since_step) {
+        (Some(ageing), Some(since_step)) => {
+            let waited_s = (step - since_step) as f64 * plan.grid.step_s();
+            young + ageing.coefficient * libm::log1p(waited_s / ageing.time_s)
+        }
+        _ => young,
+    }
+}
+
+/// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
+/// that has detached since, the one that it had reached.
+pub fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
+    let static_n = match state.normal_load_n.get(n) {
+        Some(normal_load_n) => static_coefficient(plan, state, n) * normal_load_n,
+        None => {
+            let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+            Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
+        }
+    };
+    plan.friction.law.strength_n(static_n, &state.memory, n)
+}
+
+/// Raises the lower bounds on thresholds to their values at the next step: while contacts stick,
+/// thresholds only grow.
+pub(crate) fn age(plan: &Plan, state: &mut SliderState) {
+    for n in 0..state.aged_threshold_n.len() {
+        state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step + 1);
+    }
+}
+
+/// The static threshold of contact `n` in the step that led to a state. In a chain that ages it becomes
+/// the contact's lower bound. `None` if contacts do not age.
+pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -> Option<f64> {
+    state.stuck_since_step.get(n)?;
+    if !state.aged_threshold_n.is_empty() {
+        state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+    }
+    Some(threshold_n(plan, state, n))
+}
+
+/// Resets the age of contact `n`, which has just begun to stick.
+pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
+    if let Some(since_step) = state.stuck_since_step.get_mut(n) {
+        *since_step = state.step;
+    }
+    if let Some(threshold_n) = state.aged_threshold_n.get_mut(n) {
+        *threshold_n = plan.friction.static_threshold_n[n];
+    }
+}
+
+/// `(mu_s + b ln(1 + t_w / t_0)) p_n` at the load of the start.
+pub(crate) fn aged_threshold_n(plan: &Plan, n: usize, stuck_since_step: &[u64], step: u64) -> f64 {
+    let young = plan.friction.static_threshold_n[n];
+    match &plan.friction.ageing {
+        None => young,
+        Some(ageing) => {
+            let waited_s = (step - stuck_since_step[n]) as f64 * plan.grid.step_s();
+            young + ageing.growth_n[n] * libm::log1p(waited_s / ageing.time_s)
+        }
+    }
+}

@@ -133,7 +133,7 @@ fn mistakes_in_sweeps_and_pipelines_are_refused_with_what_is_meant() {
         (
             "precursor_count",
             "precursors",
-            &["y = \"precursors\" is no number", "`asperity summary --schema`"],
+            &["y = \"precursors\" does not vary", "`asperity summary --schema`"],
         ),
         ("load.png", "load.svg", &["ending in .png"]),
     ] {

@@ -62,8 +62,8 @@ fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
     let validated = said(&["scenario", "validate", text(&file)]);
     let path = text(&file);
     let expected = format!(
-        "error: {path}:3:12: friction.reattach: \"one-way\" has no meaning for friction.law = \"rigid\", which stops a \
-         block where its velocity changes sign (accepted: \"two-way\", or friction.law = \"interfacial-springs\")\n\
+        "error: {path}:3:12: friction.reattach: \"one-way\" has no meaning for friction.law = \"rigid\": its \
+         contacts stop whichever way they slid, if they stick (accepted: \"two-way\", or friction.law = \"interfacial-springs\")\n\
          error: {path}:4:17: friction.sliding_share: 0.25 has no meaning for friction.law = \"rigid\" (accepted: 0.5, \
          or friction.law = \"junctions\")\n"
     );

@@ -86,7 +86,7 @@ impl Figure for CurveFigure {
                     continue;
                 }
                 // Several curves of one run differ as those of several runs.
-                let place = if self.run.is_none() { n } else { measured[curve.axis] };
+                let place = if self.series.len() > 1 { n } else { measured[curve.axis] };
                 measured[curve.axis] += usize::from(curve.role == Role::Measured);
                 let is_labelled = is_of_run && curve.axis == 0 && curve.role != Role::Guide;
                 let label = if is_labelled { label } else { &curve.label };

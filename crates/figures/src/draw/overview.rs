@@ -44,7 +44,7 @@ impl Figure for Overview {
 }
 
 /// The numbers of the summary that one asks for first.
-const FIRST: [&str; 12] = [
+const FIRST: [&str; 13] = [
     "wave_speed_m_per_s",
     "simulated_s",
     "event_count",
@@ -55,6 +55,7 @@ const FIRST: [&str; 12] = [
     "first_slip_ft_fn",
     "first_global_rupture_onset_s",
     "first_global_rupture_ft_fn",
+    "first_global_rupture_front_speed_m_per_s",
     "longest_precursor_ratio",
     "largest_ft_fn",
 ];

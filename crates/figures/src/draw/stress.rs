@@ -43,8 +43,7 @@ impl Figure for Stress {
             return Err(format!("run {} has one block, and forces along a slider need several", run.name));
         }
         let friction = &run.plan.friction;
-        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
-        let panel = |at_s: &f64| {
+        let state = |at_s: &f64| {
             let lacks = || format!("run {} has no fields to show at {at_s} s", run.name);
             let fields = run.states()?.near(*at_s).ok_or_else(lacks)?;
             let (load, borne_n) = loads(run, fields)?;
@@ -57,8 +56,13 @@ impl Figure for Stress {
             // Where some block is pulled backwards with more than half of sliding friction, thresholds lie on both
             // sides.
             let backwards_n = -fields.tangential_force_n.iter().copied().fold(0.0, f64::min);
-            let is_mirrored = backwards_n > 0.5 * thresholds_n[1][0];
-            let sign = if is_mirrored { "±" } else { "" };
+            Ok((fields, load, backwards_n > 0.5 * thresholds_n[1][0], thresholds_n))
+        };
+        let states = self.at_s.iter().map(state).collect::<Result<Vec<_>, String>>()?;
+        // The legend says so once.
+        let sign = if states.iter().any(|(_, _, is_mirrored, _)| *is_mirrored) { "±" } else { "" };
+        let y = if run.of_one_row().is_some() { "force per block (N)" } else { "mean force per contact (N)" };
+        let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
             let mut layers = Vec::new();
             // A single level is that of both.
             for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
@@ -73,9 +77,9 @@ impl Figure for Stress {
             let panel = Panel::new(Scale::tight("x (mm)"), Scale::free(y), layers);
             let both = if load.end_forces_n.is_some() { ", both ends added" } else { "" };
             let (time_s, load_n, ratio) = (fields.time_s, load.normal_load_n, pull_ratio(load));
-            Ok(panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}")))
-        };
-        Ok(Sheet::of(self.at_s.iter().map(panel).collect::<Result<_, String>>()?))
+            panel.titled(format!("t = {time_s:.3} s, F_N = {load_n:.1} N, F_T/F_N = {ratio:.3}{both}"))
+        });
+        Ok(Sheet::of(panels.collect()))
     }
 }
 

@@ -109,12 +109,14 @@ impl Figure for CurveFigure {
 }
 
 /// Looks that are not those of the role: kind, beginning of the label, dash and colour.
-const LOOKS: [(&str, &str, Dash, RGBColor); 5] = [
+const LOOKS: [(&str, &str, Dash, RGBColor); 7] = [
     ("loads", "F_N", Dash::Dashed, BLUE),
     ("loads", "F_T", Dash::Solid, RED),
     ("forces", "F_N", Dash::Solid, GREY),
     ("forces", "F_T", Dash::Solid, INK),
     ("slipped", "F_T/F_N", Dash::Dashed, GREY),
+    ("junction-forces", "μ_s", Dash::Dashed, GREY),
+    ("junction-forces", "μ_d", Dash::DotDashed, GREY),
 ];
 
 /// Kinds with a logarithmic axis across.

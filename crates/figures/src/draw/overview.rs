@@ -55,7 +55,7 @@ const FIRST: [&str; 13] = [
     "first_slip_ft_fn",
     "first_global_rupture_onset_s",
     "first_global_rupture_ft_fn",
-    "first_global_rupture_front_speed_m_per_s",
+    "global_rupture_front_speed_m_per_s",
     "longest_precursor_ratio",
     "largest_ft_fn",
 ];

@@ -149,7 +149,7 @@ mod tests {
         run.arrivals.iter_mut().for_each(|arrival| arrival.slip_m = Some(-1.0));
         assert_eq!(courses(&run).expect("it is recorded")[0].1, forwards);
         run.rupture_fields.clear();
-        let why = courses(&run).err().expect("nothing is recorded");
+        let why = courses(&run).expect_err("nothing is recorded");
         assert!(why.contains("recording.rupture_fields_s"), "{why}");
     }
 }

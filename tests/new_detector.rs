@@ -332,7 +332,7 @@ fn the_guide_names_places_that_are_there() {
         let changed = fs::read_to_string(copy.folder.join(path)).expect("it was copied");
         assert!(changed.contains(line), "{path}");
     }
-    for part in ["detect-longest/Cargo.toml", "detect-longest/src/lib.rs", "model/src/laws/viscous.rs"] {
+    for part in ["detect-longest/Cargo.toml", "detect-longest/src/lib.rs", "model/src/law/laws/viscous.rs"] {
         assert!(copy.folder.join("crates").join(part).is_file(), "{part}");
     }
 }

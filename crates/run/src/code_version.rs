@@ -384,7 +384,7 @@ tested = \"7\"
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("it is there");
         let inputs = Inputs::of(&workspace, "run", env!("ASPERITY_RUSTC")).expect("the sources are there");
         for file in
-            ["simulator/src/plain.rs", "run/src/stream.rs", "runlog/src/write.rs", "run/src/detectors.rs"]
+            ["simulator/src/step/plain.rs", "run/src/stream.rs", "runlog/src/write.rs", "run/src/detectors.rs"]
         {
             assert!(inputs.files.contains_key(&format!("crates/{file}")), "{file}");
         }

@@ -383,9 +383,12 @@ tested = \"7\"
         let workspace =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("it is there");
         let inputs = Inputs::of(&workspace, "run", env!("ASPERITY_RUSTC")).expect("the sources are there");
-        for file in
-            ["simulator/src/step/plain.rs", "run/src/stream.rs", "runlog/src/write.rs", "run/src/detectors.rs"]
-        {
+        for file in [
+            "simulator/src/step/plain.rs",
+            "run/src/stream.rs",
+            "runlog/src/write.rs",
+            "run/src/detectors.rs",
+        ] {
             assert!(inputs.files.contains_key(&format!("crates/{file}")), "{file}");
         }
         assert!(inputs.files.keys().all(|name| {

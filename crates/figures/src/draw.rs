@@ -556,7 +556,8 @@ mod tests {
         assert_eq!(panels[0].layers.len(), 1, "marks alone");
         assert!((panels[1].layers[1].points()[0].1 - 0.8 * speed).abs() < 1e-9);
 
-        let transient = "[[curve]]\ncurve = \"front-transient\"\nfile = \"f.png\"\nseries = [{ label = \"A\", run = \"a\" }]";
+        let transient = "[[curve]]\ncurve = \"front-transient\"\nfile = \"f.png\"\n\
+                         series = [{ label = \"A\", run = \"a\" }]";
         let figures: Figures = toml::from_str(transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
         let panel =

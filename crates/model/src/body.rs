@@ -5,4 +5,3 @@ pub mod elastic;
 pub mod ends;
 pub mod lattice;
 pub(crate) mod node_state;
-pub mod rows;

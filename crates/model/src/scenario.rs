@@ -16,6 +16,7 @@ pub mod keys;
 pub(crate) mod meaning;
 pub(crate) mod profile;
 pub(crate) mod resolve;
+pub mod rows;
 pub(crate) mod rules;
 pub(crate) mod show;
 pub mod source;

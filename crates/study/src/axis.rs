@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use asperity_figures::{self as study_figures, place, read_place};
-use asperity_model::body::rows::{Row, Rows};
 use asperity_model::scenario::keys::{KEYS, Key, Kind};
+use asperity_model::scenario::rows::{Row, Rows};
 use asperity_model::scenario::text;
 use asperity_model::scenario::typed::whole;
 use asperity_model::{key_suggestion, mixed, suggestion};

@@ -140,13 +140,16 @@ fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {
 
 #[cfg(test)]
 mod tests {
-    use super::CurveFigure;
-    use super::{Figure, Panel, Parts};
+    use super::{CurveFigure, Figure, Panel, Parts};
     use asperity_numbers::run_data::RunData;
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up::{self, EVENTS};
 
     const LAW: &str = "friction.law = \"junctions\"\nfriction.dynamic_coefficient = 0.2";
+
+    fn figure(keys: &str) -> CurveFigure {
+        toml::from_str(&format!("file = 'f.png'\nrun = 'a'\ncurve = 'junction-forces'\n{keys}")).unwrap()
+    }
 
     fn panels(figure: &CurveFigure, run: &RunData) -> Result<Vec<Panel>, String> {
         let part = figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?;
@@ -165,8 +168,7 @@ mod tests {
             ..FieldRecord::default()
         };
         let states = [state(0, 0), state(510, 100), state(700, 7)];
-        let figure: CurveFigure =
-            toml::from_str("file = 'f.png'\nrun = 'a'\ncurve = 'junction-forces'\nkeys = { at_s = [0.0, 1.0, 2.0], after_slips = true }").unwrap();
+        let figure = figure("keys = { at_s = [0.0, 1.0, 2.0], after_slips = true }");
         run.kept = figure.required_data();
         made_up::with_states(&mut run, &states);
         // The first global slip ends in step 510; no precursor has five blocks. Two instants share the last state.

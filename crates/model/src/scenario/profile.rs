@@ -4,7 +4,7 @@ use asperity_record::bounds::{MOST_COURSE_VALUES, MOST_MAGNITUDE};
 use asperity_record::counted;
 
 use crate::body::elastic::gaps;
-use crate::body::rows::Rows;
+use crate::scenario::rows::Rows;
 
 /// What is wrong with a file: the line, and a description.
 pub(crate) type Wrong = (usize, String);

@@ -1,8 +1,8 @@
 //! The resolved scenario: every key present, of its type and in its range, and
 //! the keys consistent with each other.
 //!
-//! Run logs carry its serialised form, and the scenario hash is computed from it, so the order and
-//! names of the fields are part of the log format. `resolve.rs` resolves it.
+//! Run logs carry it as TOML, and the hash of a scenario is taken of its keys, so their names are part of the log
+//! format. `resolve.rs` resolves it.
 
 pub(crate) mod as_coded;
 pub mod builtin;
@@ -35,6 +35,7 @@ pub use crate::scenario::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
     Recording, Slider, Time, Window,
 };
+use crate::scenario::keys::{KEYS, Key, WINDOW};
 
 /// A resolved scenario. See [`KEYS`](crate::scenario::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,21 +50,13 @@ pub struct Scenario {
     pub drive: Drive,
     pub normal_load: NormalLoad,
     pub initial_shear: InitialShear,
-    #[serde(default, skip_serializing_if = "is_default")]
     pub prestress: Prestress,
-    #[serde(default, skip_serializing_if = "is_default")]
     pub disorder: Disorder,
     pub initial_velocity: InitialVelocity,
-    #[serde(default, skip_serializing_if = "is_default")]
     pub initial: Initial,
     pub time: Time,
-    #[serde(default, skip_serializing_if = "is_default")]
     pub detection: Detection,
     pub recording: Recording,
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 impl Initial {
@@ -174,27 +167,43 @@ impl Scenario {
         ]
     }
 
-    /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log; name and
-    /// summary are excluded.
+    /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log.
+    ///
+    /// It is taken of the keys that differ from their defaults, one line each as `path = value`, the value as JSON,
+    /// lines in the order of their bytes. So a key that is added later, or moved, changes no hash. Excluded are name
+    /// and summary; the paths of files, whose values enter; and, of a start in a given state, where that came from.
     pub fn hash(&self) -> String {
-        let mut anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
-        // The values read from the file are hashed instead of its path.
-        anonymous.initial_shear.profile_csv.clear();
-        anonymous.prestress.profile_csv.clear();
-        anonymous.prestress.course_csv.clear();
-        anonymous.normal_load.course_csv.clear();
-        anonymous.disorder.contacts_csv.clear();
-        anonymous.initial.state_csv.clear();
-        if !anonymous.initial.state.is_empty() {
-            (anonymous.initial.from, anonymous.initial.at_s) = Default::default();
+        let values = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let is_given = !self.initial.state.is_empty();
+        let enters = |path: &str| match path {
+            "name" | "summary" => false,
+            "initial.from" | "initial.at_s" => !is_given,
+            // The other laws determine the rule.
+            "friction.reattach" => self.friction.law.uses(path),
+            _ => !path.ends_with("_csv"),
+        };
+        let mut lines = self.differing("", KEYS, &values);
+        for (index, window) in self.recording.window.iter().enumerate() {
+            let values = toml::Value::try_from(window).expect("a window is plain numbers");
+            lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::KEYS, &values));
         }
-        // These laws determine the rule, so it does not enter.
-        if !anonymous.friction.law.uses("friction.reattach") {
-            anonymous.friction.reattach = Reattach::OneWay;
-        }
-        let canonical =
-            serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
-        blake3::hash(&canonical).to_hex().to_string()
+        lines.retain(|(path, _)| enters(path));
+        lines.sort_unstable();
+        let text: String = lines.into_iter().map(|(path, value)| format!("{path} = {value}\n")).collect();
+        blake3::hash(text.as_bytes()).to_hex().to_string()
+    }
+
+    /// The keys that differ from their defaults, with their values as JSON.
+    fn differing(&self, prefix: &str, keys: &[Key], values: &toml::Value) -> Vec<(String, String)> {
+        let is_as_coded = self.parameter_set == ParameterSet::AsCoded;
+        let differs = |key: &&Key| {
+            key.value_in(values) != key.default_in(is_as_coded).map(keys::Value::to_toml).as_ref()
+        };
+        let line = |key: &Key| {
+            let value = serde_json::to_string(&key.value_in(values)).expect("plain numbers and texts");
+            (format!("{prefix}{}", key.path), value)
+        };
+        keys.iter().filter(differs).map(line).collect()
     }
 }
 
@@ -206,12 +215,21 @@ mod tests {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))
     }
 
-    /// Logs, proofs and pairs of runs are identified by these hashes.
+    /// Another program can compute the hash from the keys that were changed.
     #[test]
-    fn hashes_of_scenarios_stay() {
-        let of = |name| crate::resolve(name, &["parameter_set=as-coded"]).unwrap().hash();
-        assert_eq!(of("default"), "a02b6d9960a98472f04dc0082c1424b9518e38931217e464397399565ce363ce");
-        assert_eq!(of("load-on-far-end"), "3c84fe18c5bd2e399941c8fb013ab6ca441dcdc2a7423a2b812bd1246e860d8c");
+    fn the_hash_is_taken_of_the_keys_that_differ_from_their_defaults() {
+        let of = |text: &str| blake3::hash(text.as_bytes()).to_hex().to_string();
+        assert_eq!(resolve("").unwrap().hash(), of(""));
+        let written = "slider.blocks = 50\nfriction.dynamic_coefficient = 0.50\ndrive.velocity_m_per_s = 2e-4\nslider.rows = 1";
+        let lines =
+            "drive.velocity_m_per_s = 0.0002\nfriction.dynamic_coefficient = 0.5\nslider.blocks = 50\n";
+        assert_eq!(resolve(written).unwrap().hash(), of(lines));
+        let coded = resolve("parameter_set = \"as-coded\"\nslider.mass_kg = 12").unwrap();
+        assert_eq!(coded.hash(), of("parameter_set = \"as-coded\"\n"));
+        let window = "first_block = 1\nlast_block = 2\nfrom_s = 0\nto_s = 1\nevery_s = 0.5";
+        let lines = "recording.window.0.every_s = 0.5\nrecording.window.0.first_block = 1\n\
+                     recording.window.0.from_s = 0.0\nrecording.window.0.last_block = 2\nrecording.window.0.to_s = 1.0\n";
+        assert_eq!(resolve(&format!("[[recording.window]]\n{window}")).unwrap().hash(), of(lines));
     }
 
     #[test]

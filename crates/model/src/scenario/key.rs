@@ -122,7 +122,7 @@ pub enum Value {
 }
 
 impl Key {
-    /// Its value in the tables of a scenario; `None` where a default is left out.
+    /// Its value in the tables of a scenario.
     pub(crate) fn value_in<'a>(&self, scenario: &'a toml::Value) -> Option<&'a toml::Value> {
         self.path.split('.').try_fold(scenario, |value, part| value.get(part))
     }

@@ -37,9 +37,7 @@ impl Scenario {
             }
             let default =
                 key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
-            // A key that is not serialised has its default.
-            let found =
-                key.value_in(&value).or(default.as_ref()).expect("the key table names fields of a scenario");
+            let found = key.value_in(&value).expect("the key table names fields of a scenario");
             let follows_set =
                 matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
             let left_to = if leave_to_parameter_set && follows_set {

@@ -15,7 +15,7 @@ const LOAD: &[(Need, &str)] = &[(OneRow, "its contacts have no p of their own")]
 
 section! {
     /// `[disorder]`
-    Disorder "disorder." optional {
+    Disorder "disorder." {
         /// How all that is drawn is distributed (friction.static_spread, dynamic_spread, stiffness_spread,
         /// load_spread): uniform, from mean - spread to mean + spread; normal, lognormal and weibull, with the spread
         /// as standard deviation; two-valued, mean + spread in asperities, mean - spread elsewhere, so that the mean of

@@ -63,7 +63,7 @@ section! {
         /// 1 backwards and block N forwards, with K each; force, block 1 of a chain by the force course_n, without a
         /// spring, as by a weight. Its springs are measured from the grid of the undeformed slider, so with initial
         /// shear F_T is not quite 0 at the start; in a slab and a body they are relaxed where it rests under its load.
-        kind: DriveKind = "side"; Word(&["side", "top", "left-right", "force"]), later;
+        kind: DriveKind = "side"; Word(&["side", "top", "left-right", "force"]);
         /// Stiffness of the driving spring on block 1 (5.8), of all springs of a top drive together, or of each of a
         /// left-right drive.
         stiffness_n_per_m: f64 = 8e5; NOT_NEGATIVE, "K";
@@ -71,32 +71,32 @@ section! {
         velocity_m_per_s: f64 = 1e-4; NOT_NEGATIVE, "V";
         /// Times of a piecewise-linear course of the velocity of the drive point of a chain, not descending, each a
         /// whole number of steps; two equal times are a step of the velocity. Empty for a constant velocity.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs CONSTANT;
+        course_s: List = []; Numbers(Including(0.0), Open); needs CONSTANT;
         /// Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and after
         /// the last the velocity is constant.
-        course_m_per_s: List = []; Numbers(Open, Open), later; needs VELOCITY;
+        course_m_per_s: List = []; Numbers(Open, Open); needs VELOCITY;
         /// Of a drive by force: forces at the times course_s, not descending, linear between them; before the first and
         /// after the last the force is constant.
-        course_n: List = []; Numbers(Open, Open), later;
+        course_n: List = []; Numbers(Open, Open);
         needs &[(Drives(&[Force]), "a drive by springs has no course of its force")];
         /// Of a top drive: K_n = K / N (1 - tilt (2n - N - 1) / (N - 1)); positive pulls harder where a side drive
         /// would.
-        tilt: f64 = 0.0; Number(Including(-1.0), Including(1.0)), later; needs TOP;
+        tilt: f64 = 0.0; Number(Including(-1.0), Including(1.0)); needs TOP;
         /// Of a top drive: K_n falls along the slider as exp(-x_n / length), all together K, as if shear came in from
         /// the side; 0 for even.
-        decay_length_m: f64 = 0.0; NOT_NEGATIVE, later; needs TOP;
+        decay_length_m: f64 = 0.0; NOT_NEGATIVE; needs TOP;
         /// Of a side drive over an area: the row across, from 1, whose first node alone it pulls with all of K; 0 for
         /// all rows alike.
-        across: u32 = 0; Count(0, MOST_ROWS), later;
+        across: u32 = 0; Count(0, MOST_ROWS);
         needs &[(RowsAcross, "there is one row of contacts"), (Drives(&[Side]), "this drive pulls all rows alike")];
         /// Of a side drive of a slab or a body: the height above the bottom at which it pulls the first nodes of the
         /// nearest row or layer; 0 is block 1.
-        height_m: f64 = 0.0; NOT_NEGATIVE, "h", later;
+        height_m: f64 = 0.0; NOT_NEGATIVE, "h";
         needs &[(Rows, "there is no height to pull at"), (Drives(&[Side]), "this drive pulls where its name says")];
         /// Time from which the drive point stands still, a whole number of steps; 0 for never.
-        hold_from_s: f64 = 0.0; NOT_NEGATIVE, later;
+        hold_from_s: f64 = 0.0; NOT_NEGATIVE;
         /// Load at which the drive point stops and stands still from then on; 0 for never.
-        until_load_ratio: f64 = 0.0; NOT_NEGATIVE, "F_T / F_N", later; needs STOP;
+        until_load_ratio: f64 = 0.0; NOT_NEGATIVE, "F_T / F_N"; needs STOP;
     }
 }
 
@@ -112,25 +112,25 @@ section! {
         needs &[(Blocks, "it shifts load from one block to another, and there is one")];
         /// Of a slab or a body: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that between
         /// nodes; a contact that has lifted off bears nothing.
-        foundation_stiffness_ratio: f64 = 0.5; POSITIVE, "k_f / k", later;
+        foundation_stiffness_ratio: f64 = 0.5; POSITIVE, "k_f / k";
         needs &[(Rows, "there is no foundation")];
         /// Times of a piecewise-linear course of the total load, ascending, each a whole number of steps; empty for a
         /// constant load (6.1-6.3).
-        schedule_s: List = []; Numbers(Including(0.0), Open), later;
+        schedule_s: List = []; Numbers(Including(0.0), Open);
         /// Total loads at these times, the first being total_n; before the first and after the last the load is
         /// constant.
-        schedule_n: List = []; Numbers(Excluding(0.0), Open), later;
+        schedule_n: List = []; Numbers(Excluding(0.0), Open);
         /// What schedule_s counts from: start, of the run; hold, the step in which the drive stops.
-        schedule_from: ScheduleFrom = "start"; Word(&["start", "hold"]), later;
+        schedule_from: ScheduleFrom = "start"; Word(&["start", "hold"]);
         /// A file of columns time_s, x_over_l and factor, named from the current folder, with a profile along the chain
         /// at each of its times. The normal load of each block is multiplied with the factor, interpolated linearly in
         /// place and time; a part that is unloaded, or fluid that spreads. It is read once; the run's log holds what it
         /// said.
-        course_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs &[LOADS[0], LOADS[1], (Blocks, ALONG)];
+        course_csv: String = ""; Text(LONGEST_NAME_BYTES); needs &[LOADS[0], LOADS[1], (Blocks, ALONG)];
         /// Times of such a course, ascending, each a whole number of steps; empty for none.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs LOADS;
+        course_s: List = []; Numbers(Including(0.0), Open); needs LOADS;
         /// Factors on the normal load at these times: one for all blocks, or one for each block, time by time.
-        course_factor: List = []; Numbers(Excluding(0.0), Open), later; needs LOADS;
+        course_factor: List = []; Numbers(Excluding(0.0), Open); needs LOADS;
     }
 }
 
@@ -143,20 +143,20 @@ section! {
         beta: f64 = 0.0; Number(Open, Open), "beta"; needs SHEAR;
         /// Shear that lateral expansion under the normal load leaves in a slider that friction holds: beta grows by 4
         /// nu L_z / L_x.
-        poisson_ratio: f64 = 0.0; Number(Including(0.0), Including(0.5)), "nu", later; needs SHEAR;
+        poisson_ratio: f64 = 0.0; Number(Including(0.0), Including(0.5)), "nu"; needs SHEAR;
         /// A file of columns x_over_l and tau_over_p, named from the current folder. The initial shear tau_0 / p is
         /// interpolated between its rows and added. It is read once; the run's log holds what it said.
-        profile_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs SHEAR;
+        profile_csv: String = ""; Text(LONGEST_NAME_BYTES); needs SHEAR;
         /// Initial shear over normal load, block by block, in addition; empty for none. The last block takes what is
         /// missing for a sum of 0.
-        profile: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_0 / p", later;
+        profile: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_0 / p";
         needs SHEAR;
     }
 }
 
 section! {
     /// `[prestress]`
-    Prestress "prestress." optional {
+    Prestress "prestress." {
         /// A constant force from outside on each block, along the drive, over its normal load at the start; not part of
         /// F_T, and balanced by the friction springs at the start.
         ratio: f64 = 0.0; Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_p / p";
@@ -169,9 +169,9 @@ section! {
         rise_ratio: f64 = 0.0; Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO));
         needs &[OUTSIDE[0], (Blocks, ALONG)];
         /// Blocks at which the prestress steps, as at a barrier, counted from 1, ascending; empty for none.
-        from_blocks: List = []; Numbers(Including(1.0), Open), later; needs OUTSIDE;
+        from_blocks: List = []; Numbers(Including(1.0), Open); needs OUTSIDE;
         /// A further constant force on each of these blocks and those up to the next one, over the normal load.
-        from_blocks_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
+        from_blocks_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO));
         /// A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is
         /// interpolated between its rows and added. It is read once; the run's log holds what it said.
         profile_csv: String = ""; Text(LONGEST_NAME_BYTES); needs &[OUTSIDE[0], (Blocks, ALONG)];
@@ -180,11 +180,11 @@ section! {
         /// A file of columns time_s, x_over_l and ratio, named from the current folder, with a profile along the chain
         /// at each of its times: a force from outside on each block over its normal load at the start, in addition,
         /// interpolated linearly in place and time. It is read once; the run's log holds what it said.
-        course_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs &[FORCES[0], FORCES[1], (Blocks, ALONG)];
+        course_csv: String = ""; Text(LONGEST_NAME_BYTES); needs &[FORCES[0], FORCES[1], (Blocks, ALONG)];
         /// Times of such a course, ascending, each a whole number of steps; empty for none.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs FORCES;
+        course_s: List = []; Numbers(Including(0.0), Open); needs FORCES;
         /// Ratios at these times: one for all blocks, or one for each block, time by time.
-        course_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
+        course_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO));
         needs FORCES;
     }
 }
@@ -202,7 +202,7 @@ section! {
 
 section! {
     /// `[initial]`
-    Initial "initial." optional {
+    Initial "initial." {
         /// The log of a run, named from the current folder, in whose state this one begins: that of its end, or of
         /// initial.at_s. Slider, friction law and time step must be the same; load, drive, other numbers of friction,
         /// duration and recording may be others. The clock goes on, and time.start, initial_shear and initial_velocity

@@ -19,7 +19,7 @@ section! {
     /// `[friction]`
     Friction "friction." {
         /// The law of friction.
-        law: FrictionLaw = "interfacial-springs"; Word(FrictionLaw::WORDS), later => laws::MEANING;
+        law: FrictionLaw = "interfacial-springs"; Word(FrictionLaw::WORDS) => laws::MEANING;
         /// A stuck block detaches at |tau_n| >= mu_s p_n; a junction breaks at mu_s of its load.
         static_coefficient: f64 = 0.7; NOT_NEGATIVE, "mu_s";
         /// A sliding block feels -mu_d p_n sign(v_n), a slipping junction mu_d of its load; not above
@@ -36,81 +36,81 @@ section! {
         /// Of interfacial-springs: which force detaches a stuck block where it reaches mu_s p_n: force, the sum |tau_n|
         /// of all forces but friction (5.13); spring, that of its friction spring, |k_t (u_n - u_stick,n)|. At rest
         /// they are equal; before a front tau_n is larger. Of chains and single blocks.
-        detach_by: DetachBy = "force"; Word(&["force", "spring"]), later;
+        detach_by: DetachBy = "force"; Word(&["force", "spring"]);
         needs &[(Chain, "how contacts of this body detach by their springs is not derived")];
         /// Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).
-        weakening_velocity_m_per_s: f64 = 0.1; POSITIVE, "v_c", later;
+        weakening_velocity_m_per_s: f64 = 0.1; POSITIVE, "v_c";
         /// Of rigid and velocity-weakening: whether mu_d p resists a block from the first step of its slip, in which it
         /// begins at rest. Otherwise nothing resists in that step, which adds mu_d p dt / m to its velocity: small
         /// beside a slip of mu_s - mu_d, unless the two are nearly equal.
-        drag_at_rest: bool = false; Flag, later;
+        drag_at_rest: bool = false; Flag;
         /// Damping -E v of a sliding block, as by waves that it radiates (2.4); of chains, not by junctions.
-        radiation_kg_per_s: f64 = 0.0; NOT_NEGATIVE, "E", later;
+        radiation_kg_per_s: f64 = 0.0; NOT_NEGATIVE, "E";
         needs &[(Chain, "this body carries the waves away itself; radiation is that of a chain's contacts")];
         /// Of junctions: how many each contact has.
-        junction_count: u32 = 100; Count(1, MOST_JUNCTIONS), "N_s", later;
+        junction_count: u32 = 100; Count(1, MOST_JUNCTIONS), "N_s";
         /// Of junctions: one that bears the load f at rest is a spring of stiffness sqrt(kappa f).
-        junction_constant_n_per_m2: f64 = 39.2e9; POSITIVE, "kappa", later;
+        junction_constant_n_per_m2: f64 = 39.2e9; POSITIVE, "kappa";
         /// Of junctions: mean time for which a broken one slips before it is pinned again. Ruptures link detachments up
         /// to twice this time apart, or longer by detection.link_time_ratio.
-        healing_time_s: f64 = 0.002; POSITIVE, "t_R", later;
+        healing_time_s: f64 = 0.002; POSITIVE, "t_R";
         /// Of junctions: standard deviation of that time, which is normally distributed and above 0.
-        healing_deviation_s: f64 = 0.0006; NOT_NEGATIVE, later;
+        healing_deviation_s: f64 = 0.0006; NOT_NEGATIVE;
         /// Of junctions: width of the uniform distribution of their forces at the start, over the load that each bears.
-        junction_width: f64 = 0.05; NOT_NEGATIVE, "w", later;
+        junction_width: f64 = 0.05; NOT_NEGATIVE, "w";
         /// Of junctions: whether these forces are evenly spread or drawn.
-        junction_start: JunctionStart = "even"; Word(&["even", "drawn"]), later;
+        junction_start: JunctionStart = "even"; Word(&["even", "drawn"]);
         /// Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.
-        junction_seed: u32 = 1; Count(0, 4_294_967_295), later;
+        junction_seed: u32 = 1; Count(0, 4_294_967_295);
         /// Of junctions: a contact slides while at least this share of its junctions slips.
-        sliding_share: f64 = 0.5; Number(Excluding(0.0), Including(1.0)), later;
+        sliding_share: f64 = 0.5; Number(Excluding(0.0), Including(1.0));
         /// Of rate-and-state: the rise of friction over the normal load with the logarithm of the velocity, while the
         /// state is the same.
-        direct_effect: f64 = 0.01; POSITIVE, "a", later;
+        direct_effect: f64 = 0.01; POSITIVE, "a";
         /// Of rate-and-state: the rise of friction over the normal load with the logarithm of the state theta. Steady
         /// friction falls with velocity where b > a.
-        evolution_effect: f64 = 0.015; POSITIVE, "b", later;
+        evolution_effect: f64 = 0.015; POSITIVE, "b";
         /// Of rate-and-state: what is added to b, block by block; empty for nothing. Every sum is above 0.
-        evolution_offsets: List = []; Numbers(Open, Open), later;
+        evolution_offsets: List = []; Numbers(Open, Open);
         /// Of rate-and-state: the slip over which the state changes.
-        critical_slip_m: f64 = 1e-6; POSITIVE, "D_c", later;
+        critical_slip_m: f64 = 1e-6; POSITIVE, "D_c";
         /// Of rate-and-state: the velocity at which steady friction over the normal load is f_0.
-        reference_velocity_m_per_s: f64 = 1e-6; POSITIVE, "V_0", later;
+        reference_velocity_m_per_s: f64 = 1e-6; POSITIVE, "V_0";
         /// Of rate-and-state: friction over the normal load in steady sliding at V_0.
-        reference_coefficient: f64 = 0.6; POSITIVE, "f_0", later;
+        reference_coefficient: f64 = 0.6; POSITIVE, "f_0";
         /// Of rate-and-state, how the state theta changes: ageing, by 1 - |v| theta / D_c, at rest as well; slip, by
         /// -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone.
-        evolution: Evolution = "ageing"; Word(&["ageing", "slip"]), later;
+        evolution: Evolution = "ageing"; Word(&["ageing", "slip"]);
         /// Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, -E v
         /// among them, balance at every time; radiation_kg_per_s must be above 0 and slider.relative_damping 0, and
         /// slider.mass_kg sets only the link time of ruptures and the wave speed that front speeds are compared with.
-        inertia: bool = true; Flag, later;
+        inertia: bool = true; Flag;
         /// Of rate-and-state with time.start = "loaded": blocks begin at the velocity V e^x in the state of steady
         /// sliding at V, the velocity of the drive, with springs that balance the friction of this start.
-        initial_kick: f64 = 0.01; Number(Including(-MOST_KICK), Including(MOST_KICK)), "x", later;
+        initial_kick: f64 = 0.01; Number(Including(-MOST_KICK), Including(MOST_KICK)), "x";
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
         /// where it falls below V_th / 2. Must exceed the speed of the drive at the start; 0 for 10 times the largest
         /// speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
         /// run, but onsets and durations of events depend on it.
-        event_speed_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V_th", later;
+        event_speed_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V_th";
         /// Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w for which a block
         /// has stuck.
-        ageing_coefficient: f64 = 0.0; NOT_NEGATIVE, "b", later;
+        ageing_coefficient: f64 = 0.0; NOT_NEGATIVE, "b";
         needs &[(OneRowAcross, "the strength of contacts that age is not checked for forces along a vector")];
         /// Time scale of ageing.
-        ageing_time_s: f64 = 1.0; POSITIVE, "t_0", later;
+        ageing_time_s: f64 = 1.0; POSITIVE, "t_0";
         /// What is added to mu_s, block by block; empty for nothing.
-        static_offsets: List = []; Numbers(Open, Open), later;
+        static_offsets: List = []; Numbers(Open, Open);
         /// What is added to mu_d, block by block; empty for nothing.
-        dynamic_offsets: List = []; Numbers(Open, Open), later;
+        dynamic_offsets: List = []; Numbers(Open, Open);
         /// Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.
-        stuck_blocks: List = []; Numbers(Including(1.0), Open), later;
+        stuck_blocks: List = []; Numbers(Including(1.0), Open);
         /// Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard
         /// deviation, or half the distance of two values; what was drawn stands in the table drawn.
-        static_spread: f64 = 0.0; NOT_NEGATIVE, later;
+        static_spread: f64 = 0.0; NOT_NEGATIVE;
         /// The same for mu_d.
-        dynamic_spread: f64 = 0.0; NOT_NEGATIVE, later;
+        dynamic_spread: f64 = 0.0; NOT_NEGATIVE;
         /// Seed of the spread: SplitMix64 of seed and block (docs/internals/rules.md), the same on every machine.
-        spread_seed: u32 = 1; Count(0, 4_294_967_295), later;
+        spread_seed: u32 = 1; Count(0, 4_294_967_295);
     }
 }

@@ -15,7 +15,7 @@ section! {
         /// chain follows the drive in steady motion, step by step and with the lag of its damping: without the ramp,
         /// and without the vibration that it leaves. By rate-and-state: loaded, its default, at time 0 in steady
         /// sliding (friction.initial_kick); at-rest, with relaxed springs and the same state.
-        start: Start = "at-rest"; Word(&["at-rest", "loaded"]), later;
+        start: Start = "at-rest"; Word(&["at-rest", "loaded"]);
         /// Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest
         /// stable one; beyond 0.4 of that, switches feed energy into the slider. By rate-and-state, whose solver
         /// chooses its steps, the grid to which times are rounded.
@@ -25,13 +25,13 @@ section! {
         duration_s: f64 = 5.0; POSITIVE, "T";
         /// Of rate-and-state: the relative error that the adaptive solver accepts in a step, in each unknown over its
         /// scale.
-        tolerance: f64 = 1e-7; Number(Including(1e-12), Including(1e-2)), later;
+        tolerance: f64 = 1e-7; Number(Including(1e-12), Including(1e-2));
     }
 }
 
 section! {
     /// `[detection]`
-    Detection "detection." optional {
+    Detection "detection." {
         /// Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies between
         /// them, by junctions also if no more than twice their healing time: a front may be this much slower than
         /// elastic waves. Never changes the run, only what is told of it.
@@ -51,9 +51,9 @@ section! {
         event_fields: bool = true; Flag;
         /// Whether to record the states of all blocks while at least so many blocks slide at once, at the cadence
         /// recording.rupture_fields_s; 0 for not at all. So large ruptures are recorded whose time is not known before.
-        rupture_fields_from_blocks: u32 = 0; Count(0, MOST_BLOCKS), later;
+        rupture_fields_from_blocks: u32 = 0; Count(0, MOST_BLOCKS);
         /// Cadence of these states, a whole number of steps; 0 if there are none.
-        rupture_fields_s: f64 = 0.0; NOT_NEGATIVE, later;
+        rupture_fields_s: f64 = 0.0; NOT_NEGATIVE;
     }
     /// Its dense windows.
     list window: Window;

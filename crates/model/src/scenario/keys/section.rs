@@ -1,24 +1,22 @@
 //! A section of a scenario: its keys are its fields, each declared once with type, default, range, symbol and meaning.
 
-/// Declares a section: `field: type = default; kind, "symbol", later;`. The comment is the meaning of the key, unless
-/// one follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. A key that came `later` is
-/// not written at its default, so that hashes of scenarios without it stay the same. What it `needs` to have another
-/// value than its default stands at the end. An `optional` section may be left out, and a `list` of tables behind the
-/// fields too.
+/// Declares a section: `field: type = default; kind, "symbol";`. The comment is the meaning of the key, unless one
+/// follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. What it `needs` to have
+/// another value than its default stands at the end. A `list` of tables behind the fields may be left out.
 macro_rules! section {
     (
         $(#[doc = $about:literal])+
-        $name:ident $path:literal $($optional:ident)? {
+        $name:ident $path:literal {
             $(
                 $(#[doc = $doc:literal])+
                 $field:ident: $type:ident $(= $default:expr $(, as_stated $stated:expr)?)?;
-                $kind:expr $(, $symbol:literal)? $(, $later:ident)? $(=> $meaning:expr)? $(; needs $needs:expr)?;
+                $kind:expr $(, $symbol:literal)? $(=> $meaning:expr)? $(; needs $needs:expr)?;
             )+
         }
         $($(#[doc = $of_list:literal])+ list $list:ident: $item:ident;)?
     ) => {
         $(#[doc = $about])+
-        #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(#[doc = $doc])+ pub $field: $type,)+
@@ -36,27 +34,6 @@ macro_rules! section {
                 needs: $crate::scenario::keys::section::needs!($($needs)?),
             }),+];
         }
-
-        impl serde::Serialize for $name {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                use serde::ser::SerializeStruct;
-                let mut fields = serializer.serialize_struct(stringify!($name), Self::KEYS.len())?;
-                $(
-                    let is_later = !concat!($(stringify!($later))?).is_empty();
-                    if !is_later || !$crate::scenario::keys::section::is_default!(self.$field, $type $(, $default)?) {
-                        fields.serialize_field(stringify!($field), &self.$field)?;
-                    }
-                )+
-                $(
-                    if !self.$list.is_empty() {
-                        fields.serialize_field(stringify!($list), &self.$list)?;
-                    }
-                )?
-                fields.end()
-            }
-        }
-
-        $crate::scenario::keys::section::optional!([$($optional)?] $name $(, $field $type [$($default)?])+);
     };
 }
 
@@ -115,53 +92,4 @@ macro_rules! default {
     };
 }
 
-/// The default of a key as its field has it.
-macro_rules! field {
-    (f64, $value:expr) => {
-        $value
-    };
-    (u32, $value:expr) => {
-        $value
-    };
-    (bool, $value:expr) => {
-        $value
-    };
-    (String, $value:expr) => {
-        String::from($value)
-    };
-    ($type:ident, $value:expr) => {
-        <$type as Default>::default()
-    };
-}
-
-/// Whether a field has the default of its key.
-macro_rules! is_default {
-    ($field:expr, $type:ident) => {
-        false
-    };
-    ($field:expr, $type:ident, $default:expr) => {
-        $crate::scenario::keys::section::is_same(
-            &$field,
-            &$crate::scenario::keys::section::field!($type, $default),
-        )
-    };
-}
-
-/// Whether two values of a key are the same.
-pub(crate) fn is_same<T: PartialEq>(a: &T, b: &T) -> bool {
-    a == b
-}
-
-/// Makes an optional section begin with all keys at their defaults.
-macro_rules! optional {
-    ([] $($rest:tt)*) => {};
-    ([optional] $name:ident $(, $field:ident $type:ident [$default:expr])+) => {
-        impl Default for $name {
-            fn default() -> $name {
-                $name { $($field: $crate::scenario::keys::section::field!($type, $default)),+ }
-            }
-        }
-    };
-}
-
-pub(crate) use {default, field, is_default, meaning, needs, optional, section, value};
+pub(crate) use {default, meaning, needs, section, value};

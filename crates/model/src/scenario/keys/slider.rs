@@ -56,10 +56,10 @@ section! {
         blocks: u32 = 100; Count(1, MOST_BLOCKS), "N";
         /// Rows of contacts across the sliding direction: 1 for a chain or a slab, more for a sheet, or with
         /// slider.rows above 1 for a body (docs/area.md).
-        across: u32 = 1; Count(1, MOST_ROWS), "N_y", later;
+        across: u32 = 1; Count(1, MOST_ROWS), "N_y";
         /// Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/slab.md) or a body; the
         /// nodes at the bottom rub.
-        rows: u32 = 1; Count(1, MOST_ROWS), "N_z", later;
+        rows: u32 = 1; Count(1, MOST_ROWS), "N_z";
         /// Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.
         length_m: f64 = 0.1; POSITIVE, "L_x";
         /// Width of the slider; over an area, L_y / (N_y - 1) must be the spacing a.
@@ -80,8 +80,8 @@ section! {
         /// and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up
         /// long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of
         /// chains of 2 blocks or more whose blocks stick.
-        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
+        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]); needs ENDS;
         /// What block N is joined to, likewise; either both ends are periodic or neither.
-        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
+        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]); needs ENDS;
     }
 }

@@ -2,7 +2,7 @@
 
 use asperity_model::Plan;
 use asperity_record::Direction;
-use asperity_simulator::SolverKind;
+use asperity_simulator::{Plain, Solver, SolverKind};
 use asperity_testkit::SMALL_SLAB;
 
 use crate::fast_and_plain::{records, steps};
@@ -107,4 +107,27 @@ fn a_run_too_short_for_modes_is_stepped_openly() {
     assert!(plain.fallbacks().is_empty());
     assert!(fast.fallbacks()[0].starts_with("single steps instead of jumps: the modes"));
     assert_eq!(steps(&records(fast)), steps(&records(plain)));
+}
+
+/// A sliding contact is resisted by `mu_d p` in either direction, and by nothing at rest.
+#[test]
+fn a_sliding_contact_at_rest_feels_no_friction() {
+    const AT: usize = 3;
+    let plan = plan(&[]);
+    for (v, resisted_by) in [(0.0, 0.0), (1e-3, 0.17), (-1e-3, -0.17)] {
+        let mut plain = Plain::new(plan.clone());
+        for _ in 0..100 {
+            plain.take_step();
+        }
+        let mut before = plain.snapshot();
+        before.slider.slip[AT] = 1.0;
+        before.slider.detached = 1;
+        before.slider.velocity_m_per_s[AT] = v;
+        plain.restore(&before);
+        plain.take_step();
+        let after = plain.state();
+        let force_n = (after.velocity_m_per_s[AT] - v) * plan.block_mass_kg / plan.grid.step_s();
+        let expected_n = after.tangential_force_n[AT] - resisted_by * after.normal_load_n[AT];
+        assert!((force_n - expected_n).abs() < 1e-9 * expected_n.abs(), "{v}: {force_n} {expected_n}");
+    }
 }

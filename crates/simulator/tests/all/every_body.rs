@@ -2,7 +2,7 @@
 //! neither on what else is recorded nor on where a run is resumed, and samples inside leaps are those of single steps.
 
 use asperity_model::Plan;
-use asperity_simulator::SolverKind;
+use asperity_simulator::{Crossing, SliderState, SolverKind};
 use asperity_testkit::SMALL_SLAB;
 
 use crate::fast_and_plain::{recording_changes_nothing, resumes_to_the_bit, samples_agree};
@@ -345,4 +345,97 @@ fn a_run_of_any_law_and_solver_that_is_resumed_is_the_run() {
     }
     // In two of them blocks only vibrate.
     assert_eq!(slipped + 2, RESUMED.len());
+}
+
+/// What files may say that no run can have left.
+type Spoil = fn(&mut SliderState, &Plan);
+
+/// No state of a run fits its plan once it is spoilt; over an area contacts have just detached in it.
+fn none_fits_once_spoilt(kind: SolverKind, plan: &Plan, spoils: &[Spoil]) {
+    let mut solver = kind.start(plan.clone());
+    let is_area = plan.elastic.tangential_axes() == 2;
+    for _ in 0..20 {
+        solver.next_record().unwrap();
+    }
+    while is_area && solver.snapshot().slider.just_detached.is_empty() {
+        solver.next_record().unwrap();
+    }
+    let sound = solver.snapshot();
+    assert!(sound.fits(plan), "{}", kind.name());
+    for (number, spoil) in spoils.iter().enumerate() {
+        let mut state = sound.clone();
+        spoil(&mut state.slider, plan);
+        assert!(!state.fits(plan), "{number} of {} by {}", plan.elastic.table.name, kind.name());
+    }
+}
+
+#[test]
+fn states_that_no_run_has_do_not_fit() {
+    let chain = |set: &str| asperity_testkit::plan("default", &[SHORT, &[set]].concat());
+    none_fits_once_spoilt(
+        FAST,
+        &chain("drive.hold_from_s=0.08"),
+        &[
+            |state, plan| state.step = plan.steps + 1,
+            |state, _| state.hold_step = u64::MAX,
+            |state, _| state.hold_step -= 1,
+            |state, _| state.energy.friction_heat_j.total = f64::INFINITY,
+        ],
+    );
+    none_fits_once_spoilt(
+        FAST,
+        &chain("time.start=loaded"),
+        &[|state, plan| state.step = plan.initial.step - 1],
+    );
+    // A load that stops the drive cannot do so in a future step.
+    let waits = chain("drive.until_load_ratio=0.1");
+    none_fits_once_spoilt(FAST, &waits, &[|state, _| state.hold_step = state.step + 1]);
+    none_fits_once_spoilt(
+        SolverKind::Plain,
+        &SLAB.plan(&[]),
+        &[
+            |state, _| state.displacement_m.truncate(9),
+            // The foundation does not pull.
+            |state, _| state.normal_load_n.fill(-1.0),
+        ],
+    );
+    none_fits_once_spoilt(
+        SolverKind::Plain,
+        &SHEET.plan(&[]),
+        &[
+            |state, _| state.just_detached.insert(0, state.just_detached[0]),
+            |state, plan| state.just_detached = vec![plan.blocks as u32],
+            |state, _| {
+                state.slip[state.just_detached[0] as usize] = 0.0;
+                state.detached -= 1;
+            },
+            // Anchors have two coordinates.
+            |state, plan| state.stick_position_m.truncate(plan.blocks),
+        ],
+    );
+    let adaptive = asperity_testkit::plan("rate-and-state", &["time.duration_s=0.1"]);
+    none_fits_once_spoilt(
+        SolverKind::Adaptive,
+        &adaptive,
+        &[
+            |state, _| {
+                let time_s = &mut state.adaptive.as_mut().unwrap().time_s;
+                (time_s.total, time_s.rest) = (1e308, -1e308);
+            },
+            |state, _| state.adaptive.as_mut().unwrap().time_s.total = 0.2,
+            |state, _| state.adaptive.as_mut().unwrap().step_s = f64::NAN,
+            |state, _| state.adaptive.as_mut().unwrap().next_step_s = 0.0,
+            |state, _| state.adaptive.as_mut().unwrap().unknowns.truncate(15),
+            |state, _| state.adaptive.as_mut().unwrap().unknowns[20] = f64::INFINITY,
+            |state, _| {
+                state.adaptive.as_mut().unwrap().crossings.push(Crossing { step: u64::MAX, block: 16 });
+            },
+            |state, _| state.adaptive.as_mut().unwrap().crossings.insert(0, Crossing { step: 0, block: 0 }),
+            |state, _| state.adaptive = None,
+        ],
+    );
+    let chain = asperity_testkit::plan("default", &["slider.blocks=16"]);
+    let mut of_another = FAST.start(chain.clone()).snapshot();
+    of_another.slider.adaptive = SolverKind::Adaptive.start(adaptive).snapshot().slider.adaptive;
+    assert!(!of_another.fits(&chain));
 }

@@ -79,6 +79,16 @@ fn fronts_with_radiation_run_as_the_theory_says() {
     fronts_run_as_the_theory_says([(0.05, 0.0, 0.9, 120), (5.0, 0.0, 0.6, 60), (1.0, 1.0, 0.6, 60)]);
 }
 
+/// Without dampers the theory is `v / c = 1 / sqrt(1 - tau^2)` (Amundsen et al., Phys. Rev. E 92, 032406 (2015)), and
+/// transients are long.
+#[test]
+fn fronts_without_radiation_run_as_the_theory_says() {
+    for tau in [0.3, 0.6, 0.9] {
+        let speed = Case::of(front(0.0, 0.0, tau), 600, 1e-3).speed(SolverKind::Fast).unwrap();
+        assert!((speed * (1.0 - tau * tau).sqrt() - 1.0).abs() < 5e-4, "tau = {tau}: {speed}");
+    }
+}
+
 /// Slower ones; `cargo xtask ci` runs them.
 mod in_ci {
     use super::*;

@@ -4,7 +4,7 @@ use asperity_model::Plan;
 use asperity_record::{Energy, RunStatus, StepRecord};
 use asperity_simulator::{MOST_SCHEME_SHARE, SimulationError, SolverKind};
 
-use crate::fast_and_plain::{run, steps, to_its_error};
+use crate::fast_and_plain::{run, steps};
 
 /// A built-in scenario, with a time step of about that share of the longest stable one.
 fn plan(name: &str, share: f64, sets: &[&str]) -> Plan {
@@ -118,7 +118,8 @@ fn the_step_in_which_a_run_stops_is_its_own() {
             asperity_testkit::plan(name, &[&["parameter_set=as-stated"], &sets[..]].concat())
         };
         let step = |ended: &Ended| match ended.error {
-            Some(SimulationError::Energy { step, scheme_work_j, put_in_j, .. }) => {
+            Some(ref error @ SimulationError::Energy { step, scheme_work_j, put_in_j, .. }) => {
+                assert_eq!(error.status(), RunStatus::StoppedEnergy);
                 let last = ended.last.as_ref().expect("there is a step record");
                 assert!(last.step == step && !last.switches.is_empty(), "{last:?}");
                 let energy = ended.energy();
@@ -135,33 +136,23 @@ fn the_step_in_which_a_run_stops_is_its_own() {
     }
 }
 
-/// A stopped solver returns its error at every further call, and cannot be saved after the stop.
-#[test]
-fn no_run_goes_on_behind_its_stop() {
-    let sets = ["parameter_set=as-stated", "slider.blocks=24", "time.step_s=2.5e-6"];
-    let plan = asperity_testkit::plan("rigid-contacts", &sets);
-    let mut solver = SolverKind::Fast.start(plan);
-    let error = to_its_error(&mut *solver);
-    assert_eq!(error.status(), RunStatus::StoppedEnergy);
-    assert!(!solver.is_between_records());
-    assert_eq!(solver.next_record(), Err(error));
-}
-
-/// Energies overflow long before displacements do.
+/// Displacements in the first step, or energies long before them.
 #[test]
 fn what_is_not_finite_is_named_and_never_recorded() {
     // Scenarios with such numbers are refused, so the plan is changed directly.
     let mut plan = asperity_testkit::plan("default", &["time.duration_s=1", "recording.sample_s=1e-6"]);
-    plan.drive.velocity_m_per_s = 1e156;
-    plan.friction.static_threshold_n.fill(1e158);
-    plan.friction.dynamic_friction_n.fill(1e158);
-    for ended in [SolverKind::Fast, SolverKind::Plain].map(|kind| ended(&plan, kind)) {
-        let Some(error @ SimulationError::NotFinite { .. }) = ended.error else {
-            panic!("{:?}", ended.error)
-        };
-        assert_eq!(error.status(), RunStatus::StoppedNotFinite);
-        assert!(error.to_string().contains(" is no longer finite: block 1 is at u = "), "{error}");
-        let recorded = ended.last.map(|last| last.energy).unwrap_or_default();
-        assert!(recorded.parts().all(|(_, value_j)| value_j.is_finite()));
+    for (velocity_m_per_s, friction_n, at) in [(1e308, 1.0, "in step 1 "), (1e156, 1e158, "in step ")] {
+        plan.drive.velocity_m_per_s = velocity_m_per_s;
+        plan.friction.static_threshold_n.fill(friction_n);
+        plan.friction.dynamic_friction_n.fill(friction_n);
+        for ended in [SolverKind::Fast, SolverKind::Plain].map(|kind| ended(&plan, kind)) {
+            let error = ended.error.expect("an overflow must not pass unseen");
+            assert_eq!(error.status(), RunStatus::StoppedNotFinite);
+            let message = error.to_string();
+            let names = " is no longer finite: block 1 is at u = ";
+            assert!(message.starts_with(at) && message.contains(names), "{message}");
+            let recorded = ended.last.map(|last| last.energy).unwrap_or_default();
+            assert!(recorded.parts().all(|(_, value_j)| value_j.is_finite()));
+        }
     }
 }

@@ -7,7 +7,6 @@ mod arrest;
 mod courses;
 mod detach_by;
 mod ends;
-mod energy;
 mod every_body;
 mod fast;
 mod fast_and_plain;

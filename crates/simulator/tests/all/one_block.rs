@@ -11,7 +11,7 @@ use asperity_model::law::laws::FrictionLaw;
 use asperity_record::{Direction, StepRecord};
 use asperity_simulator::SolverKind;
 
-use crate::fast_and_plain::{agree, run, switching};
+use crate::fast_and_plain::{agree, last_energy, run, switching};
 
 const DRIVE_N_PER_M: f64 = 8e5;
 const VELOCITY_M_PER_S: f64 = 2e-3;
@@ -89,6 +89,7 @@ fn every_law_sticks_and_slips_as_algebra_says() {
             // Nothing but the contact takes energy.
             let energy = attached.energy;
             assert_eq!(energy.viscous_loss_j, 0.0, "{law:?}");
+            assert!(after.velocity_m_per_s == 0.0 || !law.holds(), "{law:?}: {after:?}");
         }
     }
 }
@@ -117,9 +118,8 @@ fn the_fast_solver_does_what_the_plain_one_does() {
             let plan = plan(law, sets);
             let what = format!("{law:?}, {sets:?}");
             assert!(agree(&plan, &what).switches > 0, "{what}");
-            let mut fast = SolverKind::Fast.start(plan.clone());
-            while fast.next_record().unwrap().is_some() {}
-            assert!(fast.snapshot().fits(&plan) && fast.counters().fit(plan.steps - plan.initial.step));
+            // Nothing but the contact takes energy.
+            assert_eq!(last_energy(&run(&plan, SolverKind::Fast).0).viscous_loss_j, 0.0, "{what}");
         }
     }
 }

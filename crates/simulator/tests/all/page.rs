@@ -102,25 +102,30 @@ impl Page {
     }
 }
 
-/// Takes all steps of a plan: equal switches in equal steps, which are passed on, and numbers equal within a share of
-/// the largest.
+/// Takes all steps of a plan: equal switches in equal steps, and numbers equal within a share of the largest. Returns
+/// how often contacts detach backwards and how often across, and the steps of contacts in the air.
 pub(crate) fn does_what_the_page_says(
     plan: &Plan,
     mut contacts: impl Contacts,
     share: f64,
     what: &str,
-    mut each: impl FnMut(&Plain, &Switches),
-) {
+) -> [u64; 3] {
     let near = |a: f64, b: f64, largest: f64| (a - b).abs() <= share * largest;
     let (mut page, mut plain) = (Page::of(plan), Plain::new(plan.clone()));
-    let (mut count, mut largest_n) = (0, 1.0_f64);
+    let (mut count, mut largest_n, [mut backwards, mut across]) = (0, 1.0_f64, [0, 0]);
     for step in 1..=plan.steps {
         let driving_n = plain.take_step().total_n;
         let (switches, expected_n) = page.step(&mut contacts);
         largest_n = largest_n.max(expected_n.abs());
         assert!(near(driving_n, expected_n, largest_n), "{what}, step {step}: {driving_n} {expected_n}");
         assert_eq!(switched(&plain), switches, "{what}, step {step}");
-        each(&plain, &switches);
+        let tau_n = &plain.state().tangential_force_n;
+        for (contact, _) in switches.iter().filter(|(_, way)| *way == Direction::Detach) {
+            let n = *contact as usize - 1;
+            backwards += u64::from(tau_n[n] < 0.0);
+            let across_n = tau_n.get(plan.blocks + n).copied().unwrap_or_default();
+            across += u64::from(across_n.abs() > 0.1 * tau_n[n].abs());
+        }
         count += switches.len();
     }
     let state = plain.state();
@@ -131,4 +136,5 @@ pub(crate) fn does_what_the_page_says(
     assert_eq!(state.hold_step, page.hold_step, "{what}");
     assert!(count > 10, "{what}: {count} switches");
     assert_eq!(plain.counters().contact_steps_in_air, page.in_air, "{what}");
+    [backwards, across, page.in_air]
 }

@@ -3,12 +3,10 @@
 
 use asperity_model::Plan;
 use asperity_record::RunStatus;
-use asperity_simulator::{AdaptiveState, Crossing, SimulationError, Solver, SolverKind};
+use asperity_simulator::{Solver, SolverKind};
 use asperity_testkit::{balance_j, plan, reference};
 
-use crate::fast_and_plain::{
-    detachments, fields, last_energy, left_of, records, steps, to_its_error, windows,
-};
+use crate::fast_and_plain::{detachments, fields, last_energy, left_of, records, run, steps, windows};
 
 fn solver(plan: &Plan) -> Box<dyn Solver> {
     SolverKind::Adaptive.start(plan.clone())
@@ -338,41 +336,6 @@ fn a_held_slider_runs_away_beyond_a_threshold() {
     }
 }
 
-/// A state from a file that no run can have left is refused before a solver restores it.
-#[test]
-fn states_that_no_run_has_are_refused() {
-    let plan = plan("rate-and-state", &["time.duration_s=0.1"]);
-    let mut solver = solver(&plan);
-    for _ in 0..20 {
-        solver.next_record().unwrap();
-    }
-    let sound = solver.snapshot();
-    assert!(sound.fits(&plan));
-    let spoil: [fn(&mut AdaptiveState); 8] = [
-        |state| (state.time_s.total, state.time_s.rest) = (1e308, -1e308),
-        |state| state.time_s.total = 0.2,
-        |state| state.step_s = f64::NAN,
-        |state| state.next_step_s = 0.0,
-        |state| state.unknowns.truncate(15),
-        |state| state.unknowns[20] = f64::INFINITY,
-        |state| state.crossings.push(Crossing { step: u64::MAX, block: 16 }),
-        |state| state.crossings.insert(0, Crossing { step: 0, block: 0 }),
-    ];
-    for (number, spoil) in spoil.iter().enumerate() {
-        let mut snapshot = sound.clone();
-        spoil(snapshot.slider.adaptive.as_mut().expect("it is of the adaptive solver"));
-        assert!(!snapshot.fits(&plan), "{number}");
-    }
-    let mut other = sound.clone();
-    other.slider.adaptive = None;
-    assert!(!other.fits(&plan));
-    let chain = asperity_testkit::plan("default", &["slider.blocks=16"]);
-    let mut of_another = SolverKind::Fast.start(chain.clone()).snapshot();
-    assert!(of_another.fits(&chain));
-    of_another.slider.adaptive = sound.slider.adaptive;
-    assert!(!of_another.fits(&chain));
-}
-
 /// A uniform chain whose start is uniform is one slider, block by block.
 #[test]
 fn a_uniform_chain_is_a_slider() {
@@ -413,12 +376,9 @@ fn a_uniform_chain_is_a_slider() {
 /// A spring of 1e30 N/m swings so fast that a run of milliseconds would take days.
 #[test]
 fn a_run_whose_steps_no_longer_end_is_stopped() {
-    let mut solver =
-        solver(&plan("spring-slider", &["drive.stiffness_n_per_m=1e30", "friction.inertia=true"]));
-    let error = to_its_error(&mut *solver);
-    assert!(matches!(error, SimulationError::Stalled { .. }), "{error}");
+    let plan = plan("spring-slider", &["drive.stiffness_n_per_m=1e30", "friction.inertia=true"]);
+    let error = run(&plan, SolverKind::Adaptive).2.expect("it is to be stopped");
     assert_eq!(error.status(), RunStatus::StoppedStalled);
-    assert_eq!(solver.next_record(), Err(error));
 }
 
 /// One course for the loads of all contacts is the course of the load.

@@ -30,24 +30,25 @@ pub(crate) fn left_of(solver: &mut dyn Solver) -> Vec<Record> {
     std::iter::from_fn(|| solver.next_record().unwrap_or_else(|error| panic!("{error}"))).collect()
 }
 
-/// All records of a run, its counters, and the error that stopped it, if any.
+/// All records of a run, its counters, and the error that stopped it, if any, behind which it does not go on. Where it
+/// ends, state and counters are those of its plan.
 pub(crate) fn run(plan: &Plan, kind: SolverKind) -> (Vec<Record>, Counters, Option<SimulationError>) {
     let mut solver = kind.start(plan.clone());
     let mut records = Vec::new();
     loop {
         match solver.next_record() {
             Ok(Some(record)) => records.push(record),
-            ended => return (records, solver.counters(), ended.err()),
-        }
-    }
-}
-
-/// The error that stops a run, which must not come to its end.
-pub(crate) fn to_its_error(solver: &mut dyn Solver) -> SimulationError {
-    loop {
-        match solver.next_record() {
-            Ok(record) => assert!(record.is_some(), "it is to be stopped"),
-            Err(error) => return error,
+            Err(error) => {
+                assert!(!solver.is_between_records(), "{error}");
+                assert_eq!(solver.next_record(), Err(error.clone()));
+                return (records, solver.counters(), Some(error));
+            }
+            Ok(None) => {
+                let counters = solver.counters();
+                assert!(solver.snapshot().fits(plan), "{counters}");
+                assert!(counters.fit(plan.steps - plan.initial.step), "{counters}");
+                return (records, counters, None);
+            }
         }
     }
 }
@@ -121,11 +122,13 @@ pub(crate) fn last_energy(records: &[Record]) -> Energy {
     steps(records).last().expect("the run has steps").energy
 }
 
-/// Compares both solvers in a run in which rounding decides nothing.
+/// Compares both solvers, whose energies balance, in a run in which rounding decides nothing.
 pub(crate) fn agree(plan: &Plan, what: &str) -> Agreement {
-    let agreement =
-        equality::compare(plan, |_, _| {}, |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut of_plain = Vec::new();
+    let agreement = equality::compare(plan, |plain, _| of_plain.push(Record::Step(plain.clone())), |_| {})
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
     assert_eq!(agreement.near_ties, [], "{what}");
+    assert_balanced(&of_plain, 1e-11, what);
     agreement
 }
 
@@ -247,6 +250,7 @@ pub(crate) fn samples_agree(plan: &Plan, what: &str) -> Counters {
     let (fast, counters, _) = run(plan, SolverKind::Fast);
     let (plain, ..) = run(plan, SolverKind::Plain);
     assert_eq!(entries(&fast), entries(&plain), "{what}");
+    assert_balanced(&plain, 1e-11, what);
     let found = Differences::of(&plain, &fast);
     found.assert_within(TOLERANCE, what);
     assert!(found.balance_j <= 1e-11 * found.kinds["energy"][0], "{what}: {found:?}");

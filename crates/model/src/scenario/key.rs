@@ -5,6 +5,7 @@ use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use self::Default::{BySet, Is};
 use crate::law::laws::FrictionLaw;
 use crate::scenario::choices::DriveKind;
+use crate::scenario::typed::whole;
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
@@ -168,6 +169,32 @@ impl Kind {
                     }
             }
             _ => false,
+        }
+    }
+
+    /// A value as its key has it; `None` if it is not accepted.
+    pub(crate) fn converted(&self, value: &toml::Value) -> Option<toml::Value> {
+        let any_number = |value: &toml::Value| match value {
+            toml::Value::Integer(number) => Some(*number as f64),
+            value => value.as_float(),
+        };
+        let number = |value: &toml::Value| any_number(value).filter(|number| self.accepts_number(*number));
+        match *self {
+            Number(..) => number(value).map(toml::Value::Float),
+            Numbers(..) => {
+                let numbers = value.as_array()?.iter().map(|value| number(value).map(toml::Value::Float));
+                numbers.collect::<Option<_>>().map(toml::Value::Array)
+            }
+            Count(low, high) => {
+                let count = any_number(value).and_then(whole).filter(|count| (low..=high).contains(count));
+                count.map(|count| toml::Value::Integer(count as i64))
+            }
+            Word(words) => value.as_str().filter(|word| words.contains(word)).map(toml::Value::from),
+            Flag => value.as_bool().map(toml::Value::Boolean),
+            Text(most) => {
+                let is_line = |text: &&str| !text.contains(['\n', '\r']) && text.len() <= most;
+                value.as_str().filter(is_line).map(toml::Value::from)
+            }
         }
     }
 

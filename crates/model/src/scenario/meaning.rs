@@ -12,7 +12,7 @@ use crate::scenario::defaults::insert;
 use crate::scenario::key::{Key, Need};
 use crate::scenario::keys::KEYS;
 use crate::scenario::rules::Refusals;
-use crate::scenario::source::{Entries, LayerKind, ScenarioError, Written};
+use crate::scenario::source::{Entries, LayerKind, ScenarioError};
 
 /// When a sliding block re-attaches.
 const REATTACH: &str = "friction.reattach";
@@ -71,13 +71,7 @@ pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refus
 impl Refusals<'_> {
     /// Refuses the value of a key that has no meaning for something, where it has one instead.
     fn refuse_without_meaning(&mut self, key: &Key, default: &Value, of: &str, why: &str, instead: &str) {
-        let value = match self.entries.values.get(key.path).map(|entry| &entry.value) {
-            None => "its value".to_owned(),
-            Some(Written::Numbers(values)) if values.len() > 8 => {
-                format!("a list of {} numbers", values.len())
-            }
-            Some(value) => value.to_string(),
-        };
+        let value = self.entries.values.get(key.path).map_or("its value", |entry| &entry.written);
         let default = match default {
             Value::Float(number) => number.to_string(),
             Value::Array(_) => "none".to_owned(),

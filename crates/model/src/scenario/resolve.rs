@@ -299,7 +299,7 @@ mod tests {
             ),
             (
                 "drive.velocity_m_per_s = nan",
-                "test.toml:1:26: drive.velocity_m_per_s: NaN is not accepted (accepted: a number from 0)",
+                "test.toml:1:26: drive.velocity_m_per_s: nan is not accepted (accepted: a number from 0)",
             ),
             (
                 "initial_shear.beta = inf",

@@ -29,7 +29,7 @@ impl Scenario {
         let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
         let mut out = String::new();
         let mut table = "";
-        for key in KEYS {
+        for key in KEYS.iter() {
             let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
             if section != table {
                 out.push_str(&format!("\n[{section}]\n"));

@@ -10,8 +10,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use asperity_record::bounds::check_toml;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use serde::Deserialize;
+use toml::Value;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::scenario::keys::WINDOW;
 use crate::scenario::keys::{Default, KEYS};
@@ -70,10 +71,9 @@ impl ScenarioSource {
     /// The `parameter_set` that a layer names, as written.
     pub fn named_set(&self) -> Option<String> {
         let mut entries = self.entries().ok()?;
-        entries.values.remove("parameter_set").map(|entry| match entry.value {
-            Written::Text(word) => word,
-            other => other.to_string(),
-        })
+        let entry = entries.values.remove("parameter_set")?;
+        let word = entry.value.as_ref().and_then(Value::as_str).map(str::to_owned);
+        Some(word.unwrap_or(entry.written))
     }
 
     /// Adds an override of the form `key=value`; later overrides win. A value that is not TOML is
@@ -164,32 +164,27 @@ impl Layer {
 /// A value and where it was written.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
-    pub(crate) value: Written,
+    /// `None` of a whole number that no program holds.
+    pub(crate) value: Option<Value>,
+    /// The value as it was written, in short.
+    pub(crate) written: String,
     pub(crate) place: String,
     pub(crate) layer: LayerKind,
 }
 
-/// A value as written, before it is checked against its key.
-#[derive(Debug, Clone)]
-pub(crate) enum Written {
-    Number(f64),
-    Whole(i64),
-    Text(String),
-    Flag(bool),
-    Numbers(Vec<f64>),
-    /// A value of a type that no key accepts, as TOML text.
-    Other(String),
-}
-
-impl fmt::Display for Written {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Written::Number(value) => write!(f, "{value}"),
-            Written::Whole(value) => write!(f, "{value}"),
-            Written::Text(value) => write!(f, "{value:?}"),
-            Written::Flag(value) => write!(f, "{value}"),
-            Written::Numbers(values) => write!(f, "{values:?}"),
-            Written::Other(text) => f.write_str(text),
+impl Entry {
+    /// An error in the value, of a key of this path.
+    pub(crate) fn error(
+        &self,
+        path: impl Into<String>,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) -> ScenarioError {
+        ScenarioError {
+            place: Some(self.place.clone()),
+            key: Some(path.into()),
+            problem: problem.into(),
+            accepted: Some(accepted.into()),
         }
     }
 }
@@ -203,11 +198,6 @@ pub(crate) struct Entries {
 }
 
 impl Entries {
-    /// The place at which a key was written, if any.
-    pub(crate) fn place(&self, key: &str) -> Option<String> {
-        self.values.get(key).map(|entry| entry.place.clone())
-    }
-
     /// An error in the value of a key.
     pub(crate) fn error(
         &self,
@@ -215,12 +205,9 @@ impl Entries {
         problem: impl Into<String>,
         accepted: impl Into<String>,
     ) -> ScenarioError {
-        ScenarioError {
-            place: self.place(key),
-            key: Some(key.to_owned()),
-            problem: problem.into(),
-            accepted: Some(accepted.into()),
-        }
+        let place = self.values.get(key).map(|entry| entry.place.clone());
+        let (problem, accepted) = (problem.into(), Some(accepted.into()));
+        ScenarioError { place, key: Some(key.to_owned()), problem, accepted }
     }
 
     /// Whether a key was written for this run alone, and another one was not.
@@ -250,34 +237,25 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
                 entries.windows = Some(windows.collect());
             }
             _ => {
-                let place = layer.place(value.span());
-                let entry = Entry { value: read(layer, value), place, layer: layer.kind };
+                let (place, written) = (layer.place(value.span()), in_short(&layer.text[value.span()]));
+                let value = Value::deserialize(ValueDeserializer::from(value.clone())).ok();
+                let entry = Entry { value, written, place, layer: layer.kind };
                 entries.values.insert(path, entry);
             }
         }
     }
 }
 
-fn read(layer: &Layer, value: &Spanned<DeValue<'_>>) -> Written {
-    let text = || layer.text[value.span()].to_owned();
-    match value.get_ref() {
-        DeValue::String(text) => Written::Text(text.to_string()),
-        DeValue::Boolean(flag) => Written::Flag(*flag),
-        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
-            .map_or_else(|_| Written::Other(text()), Written::Whole),
-        DeValue::Float(digits) => {
-            digits.as_str().parse().map_or_else(|_| Written::Other(text()), Written::Number)
-        }
-        DeValue::Array(values) => {
-            let numbers = values.iter().map(|value| match read(layer, value) {
-                Written::Number(value) => Some(value),
-                Written::Whole(value) => Some(value as f64),
-                _ => None,
-            });
-            numbers.collect::<Option<_>>().map_or_else(|| Written::Other(text()), Written::Numbers)
-        }
-        _ => Written::Other(text()),
+/// Most bytes of a value that messages show.
+const MOST_SHOWN: usize = 100;
+
+/// A value as it was written, on one line.
+fn in_short(written: &str) -> String {
+    let shown = written.split_whitespace().collect::<Vec<_>>().join(" ");
+    if shown.len() <= MOST_SHOWN {
+        return shown;
     }
+    format!("{}... ({} bytes)", &shown[..shown.floor_char_boundary(MOST_SHOWN)], written.len())
 }
 
 /// One thing wrong with a scenario.

@@ -31,6 +31,7 @@ use crate::body::elastic::gaps;
 use crate::law::laws::Law;
 use crate::law::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
 use crate::scenario::choices::{DriveKind, ParameterSet, Reattach};
+use crate::scenario::keys::section::Section;
 pub use crate::scenario::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
     Recording, Slider, Time, Window,
@@ -49,21 +50,17 @@ pub struct Scenario {
     pub drive: Drive,
     pub normal_load: NormalLoad,
     pub initial_shear: InitialShear,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "Section::is_default")]
     pub prestress: Prestress,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "Section::is_default")]
     pub disorder: Disorder,
     pub initial_velocity: InitialVelocity,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "Section::is_default")]
     pub initial: Initial,
     pub time: Time,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(skip_serializing_if = "Section::is_default")]
     pub detection: Detection,
     pub recording: Recording,
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 impl Initial {

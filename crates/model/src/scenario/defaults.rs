@@ -6,6 +6,7 @@ use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use asperity_record::unit_of;
 use toml::Value;
 
+use crate::scenario::keys::section::Section;
 use crate::scenario::keys::{self, AS_STATED, KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::source::{Entries, Entry, ScenarioError};
@@ -21,7 +22,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         let value = match entries.values.get(key.path) {
             Some(entry) => checked(key, key.path, entry, errors),
             None if key.path == "parameter_set" => Some(Value::String(set.to_owned())),
-            None => key.default_in(set == keys::AS_CODED).map(keys::Value::to_toml),
+            None => key.default_in(set == keys::AS_CODED).cloned(),
         };
         if let Some(value) = value {
             insert(&mut table, key.path, value);
@@ -32,9 +33,9 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         .iter()
         .flatten()
         .map(|window| {
-            unknown_keys(window, Window::KEYS, "recording.window.", errors);
+            unknown_keys(window, Window::keys(), "recording.window.", errors);
             let mut table = toml::Table::new();
-            for key in Window::KEYS {
+            for key in Window::keys() {
                 let path = format!("{WINDOW}.{}", key.path);
                 match window.get(key.path) {
                     Some(entry) => {
@@ -148,6 +149,7 @@ mod tests {
     use crate::scenario::Scenario;
     use crate::scenario::keys::KEYS;
     use crate::scenario::keys::Window;
+    use crate::scenario::keys::section::Section;
     use crate::scenario::source::ScenarioSource;
 
     #[test]
@@ -169,7 +171,7 @@ mod tests {
         let full: Scenario = toml::Value::Table(table).try_into().unwrap();
         let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
         assert!(
-            window.as_table().unwrap().keys().all(|key| Window::KEYS.iter().any(|known| known.path == key))
+            window.as_table().unwrap().keys().all(|key| Window::keys().iter().any(|known| known.path == key))
         );
     }
 }

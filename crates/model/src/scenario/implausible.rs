@@ -3,10 +3,12 @@
 
 use std::ops::RangeInclusive;
 
+use toml::Value;
+
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{KEYS, Value};
+use crate::scenario::keys::KEYS;
 use crate::scenario::text::short;
 use crate::theory::preview::Preview;
 
@@ -180,10 +182,7 @@ fn meant(scenario: &Scenario) -> Option<Meant> {
 /// The default of a key whose value is a number, in the set as-coded or in the other one.
 fn default_of(path: &str, as_coded: bool) -> f64 {
     let key = KEYS.iter().find(|key| key.path == path).expect("the key is in the table");
-    match key.default_in(as_coded) {
-        Some(Value::Number(value)) => value,
-        _ => unreachable!("the key has a number as its default"),
-    }
+    key.default_in(as_coded).and_then(Value::as_float).expect("its default is a number")
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! What a key of a scenario is: its type, its range, its default.
 
 use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
+use toml::Value;
 
-use self::Default::{BySet, Is};
 use crate::law::laws::FrictionLaw;
 use crate::scenario::choices::DriveKind;
 use crate::scenario::typed::whole;
@@ -17,7 +17,7 @@ pub const AS_CODED: &str = "as-coded";
 /// The word of `parameter_set` for the values of the thesis' text, the default.
 pub const AS_STATED: &str = "as-stated";
 
-/// The words of `parameter_set`, in the order of [`Default::BySet`].
+/// The words of `parameter_set`, in the order of [`Key::defaults`].
 pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
 
 /// Above 0.
@@ -26,7 +26,7 @@ pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
 pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
 /// One key of a scenario.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Key {
     /// Dotted path, as in `slider.length_m`.
     pub path: &'static str,
@@ -36,8 +36,11 @@ pub struct Key {
     pub doc: &'static str,
     /// Type and accepted range.
     pub kind: Kind,
-    /// The default value.
-    pub default: Default,
+    /// Whether it is not written at its default, so that hashes of scenarios without it stay the same.
+    pub is_later: bool,
+    /// Its defaults in the sets as-coded and as-stated; `None` if it must be written (only inside
+    /// `[[recording.window]]`).
+    pub defaults: Option<[Value; 2]>,
     /// What it needs to have another value than its default, each with the reason.
     pub needs: &'static [(Need, &'static str)],
 }
@@ -91,63 +94,30 @@ pub enum Bound {
     Excluding(f64),
 }
 
-/// The default of a key.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Default {
-    /// One value for both parameter sets.
-    Is(Value),
-    /// The values of the thesis' program, and those of its text.
-    BySet {
-        /// In the set `as-coded`.
-        as_coded: Value,
-        /// In the set `as-stated`.
-        as_stated: Value,
-    },
-    /// Must be written (only inside `[[recording.window]]`).
-    Required,
-}
-
-/// A default value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Of a [`Kind::Number`].
-    Number(f64),
-    /// Of a [`Kind::Count`].
-    Count(u64),
-    /// Of a [`Kind::Word`] or [`Kind::Text`].
-    Text(&'static str),
-    /// Of a [`Kind::Flag`].
-    Flag(bool),
-    /// Of a [`Kind::Numbers`]: the empty list.
-    NoNumbers,
-}
-
 impl Key {
     /// Its value in the tables of a scenario; `None` where a default is left out.
-    pub(crate) fn value_in<'a>(&self, scenario: &'a toml::Value) -> Option<&'a toml::Value> {
+    pub(crate) fn value_in<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
         self.path.split('.').try_fold(scenario, |value, part| value.get(part))
     }
 
-    /// The default in the given parameter set (`true` for as-coded), if any.
-    pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
-        match self.default {
-            Is(value) => Some(value),
-            BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
-            Default::Required => None,
-        }
+    /// The last part of its path.
+    pub(crate) fn name(&self) -> &'static str {
+        self.path.rsplit('.').next().expect("a path has a part")
     }
-}
 
-impl Value {
-    /// As a value of TOML.
-    pub(crate) fn to_toml(self) -> toml::Value {
-        match self {
-            Value::Number(value) => toml::Value::Float(value),
-            Value::Count(value) => toml::Value::Integer(value as i64),
-            Value::Text(text) => toml::Value::String(text.to_owned()),
-            Value::Flag(flag) => toml::Value::Boolean(flag),
-            Value::NoNumbers => toml::Value::Array(Vec::new()),
-        }
+    /// The default in the given parameter set (`true` for as-coded), if any.
+    pub fn default_in(&self, as_coded_set: bool) -> Option<&Value> {
+        self.defaults.as_ref().map(|[as_coded, as_stated]| if as_coded_set { as_coded } else { as_stated })
+    }
+
+    /// Whether its default depends on the parameter set.
+    pub(crate) fn follows_set(&self) -> bool {
+        self.defaults.as_ref().is_some_and(|[as_coded, as_stated]| as_coded != as_stated)
+    }
+
+    /// Whether a value is its default in both sets.
+    pub(crate) fn has_default(&self, value: &Value) -> bool {
+        self.defaults.as_ref().is_some_and(|defaults| defaults.iter().all(|default| default == value))
     }
 }
 
@@ -173,27 +143,27 @@ impl Kind {
     }
 
     /// A value as its key has it; `None` if it is not accepted.
-    pub(crate) fn converted(&self, value: &toml::Value) -> Option<toml::Value> {
-        let any_number = |value: &toml::Value| match value {
-            toml::Value::Integer(number) => Some(*number as f64),
+    pub(crate) fn converted(&self, value: &Value) -> Option<Value> {
+        let any_number = |value: &Value| match value {
+            Value::Integer(number) => Some(*number as f64),
             value => value.as_float(),
         };
-        let number = |value: &toml::Value| any_number(value).filter(|number| self.accepts_number(*number));
+        let number = |value: &Value| any_number(value).filter(|number| self.accepts_number(*number));
         match *self {
-            Number(..) => number(value).map(toml::Value::Float),
+            Number(..) => number(value).map(Value::Float),
             Numbers(..) => {
-                let numbers = value.as_array()?.iter().map(|value| number(value).map(toml::Value::Float));
-                numbers.collect::<Option<_>>().map(toml::Value::Array)
+                let numbers = value.as_array()?.iter().map(|value| number(value).map(Value::Float));
+                numbers.collect::<Option<_>>().map(Value::Array)
             }
             Count(low, high) => {
                 let count = any_number(value).and_then(whole).filter(|count| (low..=high).contains(count));
-                count.map(|count| toml::Value::Integer(count as i64))
+                count.map(|count| Value::Integer(count as i64))
             }
-            Word(words) => value.as_str().filter(|word| words.contains(word)).map(toml::Value::from),
-            Flag => value.as_bool().map(toml::Value::Boolean),
+            Word(words) => value.as_str().filter(|word| words.contains(word)).map(Value::from),
+            Flag => value.as_bool().map(Value::Boolean),
             Text(most) => {
                 let is_line = |text: &&str| !text.contains(['\n', '\r']) && text.len() <= most;
-                value.as_str().filter(is_line).map(toml::Value::from)
+                value.as_str().filter(is_line).map(Value::from)
             }
         }
     }

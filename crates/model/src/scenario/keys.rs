@@ -12,7 +12,8 @@ mod run;
 pub(crate) mod section;
 mod slider;
 
-pub use crate::scenario::key::{AS_CODED, AS_STATED, Bound, Default, Key, Kind, Need, PARAMETER_SETS, Value};
+use self::section::Section;
+pub use crate::scenario::key::{AS_CODED, AS_STATED, Bound, Key, Kind, Need, PARAMETER_SETS};
 pub use disorder::Disorder;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
 pub use friction::Friction;
@@ -28,19 +29,19 @@ pub(crate) const WINDOW: &str = "recording.window";
 /// All keys, in the order in which they are shown.
 pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     [
-        slider::NAMES,
-        Slider::KEYS,
-        Friction::KEYS,
-        Drive::KEYS,
-        NormalLoad::KEYS,
-        InitialShear::KEYS,
-        Prestress::KEYS,
-        InitialVelocity::KEYS,
-        Initial::KEYS,
-        Disorder::KEYS,
-        Time::KEYS,
-        Detection::KEYS,
-        Recording::KEYS,
+        &slider::names(),
+        Slider::keys(),
+        Friction::keys(),
+        Drive::keys(),
+        NormalLoad::keys(),
+        InitialShear::keys(),
+        Prestress::keys(),
+        InitialVelocity::keys(),
+        Initial::keys(),
+        Disorder::keys(),
+        Time::keys(),
+        Detection::keys(),
+        Recording::keys(),
     ]
     .concat()
 });

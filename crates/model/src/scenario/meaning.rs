@@ -30,7 +30,7 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
                 Value::String("two-way".to_owned()),
                 "its contacts stop whichever way they slid, if they stick",
             ),
-            _ => (key.default_in(true).expect("keys of laws have defaults").to_toml(), ""),
+            _ => (key.default_in(true).expect("keys of laws have defaults").clone(), ""),
         };
         let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
         let is_written = entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log);
@@ -56,13 +56,13 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> 
 pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let values = Value::try_from(scenario).expect("a scenario is plain tables, numbers and texts");
     for key in KEYS.iter().filter(|key| !key.needs.is_empty()) {
-        let default = key.default_in(true).expect("what is always needed has no needs").to_toml();
-        if key.value_in(&values).is_none_or(|value| *value == default) {
+        let default = key.default_in(true).expect("what is always needed has no needs");
+        if key.value_in(&values).is_none_or(|value| value == default) {
             continue;
         }
         for (need, why) in key.needs {
             if let Some((of, instead)) = need.unmet(scenario) {
-                refusals.refuse_without_meaning(key, &default, &of, why, &instead);
+                refusals.refuse_without_meaning(key, default, &of, why, &instead);
             }
         }
     }
@@ -151,7 +151,7 @@ mod tests {
             Kind::Numbers(..) => "[1.5]",
             Kind::Count(..) => "2",
             Kind::Word(words) => return format!("{:?}", words.last().unwrap()),
-            Kind::Flag if key.default_in(true) == Some(crate::scenario::keys::Value::Flag(true)) => "false",
+            Kind::Flag if key.default_in(true) == Some(&true.into()) => "false",
             Kind::Flag => "true",
             Kind::Text(_) => "\"no file\"",
         };

@@ -7,7 +7,8 @@ use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{self, Bound, KEYS, Key, Kind};
+use crate::scenario::keys::section::Section;
+use crate::scenario::keys::{Bound, KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::meaning;
 use crate::scenario::source::{Entries, ScenarioError};
@@ -35,13 +36,10 @@ impl Scenario {
                 out.push_str(&format!("\n[{section}]\n"));
                 table = section;
             }
-            let default =
-                key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
+            let default = key.default_in(self.parameter_set == ParameterSet::AsCoded);
             // A key that is not serialised has its default.
-            let found =
-                key.value_in(&value).or(default.as_ref()).expect("the key table names fields of a scenario");
-            let follows_set =
-                matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
+            let found = key.value_in(&value).or(default).expect("the key table names fields of a scenario");
+            let follows_set = key.follows_set() && default == Some(found);
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {
@@ -60,7 +58,7 @@ impl Scenario {
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
             let value = toml::Value::try_from(window).expect("a window is plain numbers");
-            for key in Window::KEYS {
+            for key in Window::keys() {
                 let found = value.get(key.path).expect("the key table names fields of a window");
                 comment_and_value(&mut out, key, key.path, found, None);
             }
@@ -130,7 +128,7 @@ impl Scenario {
         let mut out = "\n# Dense windows record chosen blocks at short intervals; there may be any number.\n\
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
-        for key in Window::KEYS {
+        for key in Window::keys() {
             for line in wrap(&format!("{} Accepted: {}.", key.doc, key.kind), 96) {
                 out.push_str(&format!("#   {line}\n"));
             }

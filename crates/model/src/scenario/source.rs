@@ -14,8 +14,8 @@ use serde::Deserialize;
 use toml::Value;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
+use crate::scenario::keys::KEYS;
 use crate::scenario::keys::WINDOW;
-use crate::scenario::keys::{Default, KEYS};
 use crate::scenario::text::Lines;
 
 /// A scenario as written: a base text and its overrides.
@@ -62,7 +62,7 @@ impl ScenarioSource {
 
     /// Whether no layer names `parameter_set` although mass or damping follow from it.
     pub fn relies_on_default_set(&self) -> bool {
-        let mut by_set = KEYS.iter().filter(|key| matches!(key.default, Default::BySet { .. }));
+        let mut by_set = KEYS.iter().filter(|key| key.follows_set());
         self.entries().is_ok_and(|Entries { values, .. }| {
             !values.contains_key("parameter_set") && by_set.any(|key| !values.contains_key(key.path))
         })

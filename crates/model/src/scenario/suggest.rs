@@ -173,6 +173,7 @@ mod tests {
     use super::{among, did_you_mean, keys, names};
     use crate::scenario::keys::KEYS;
     use crate::scenario::keys::Window;
+    use crate::scenario::keys::section::Section;
 
     #[test]
     fn keys_are_found_by_symbol_last_part_part_and_spelling() {
@@ -221,8 +222,8 @@ mod tests {
         ] {
             assert_eq!(keys(written, &KEYS).join(" "), meant, "{written:?}");
         }
-        assert_eq!(keys("form_s", Window::KEYS), ["from_s"]);
-        assert_eq!(keys("block", Window::KEYS), ["first_block", "last_block"]);
+        assert_eq!(keys("form_s", Window::keys()), ["from_s"]);
+        assert_eq!(keys("block", Window::keys()), ["first_block", "last_block"]);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Warnings about scenarios that are accepted but may surprise their users.
 
+use toml::Value;
+
 use crate::plan::Plan;
 use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
@@ -8,7 +10,7 @@ use crate::plan::slab;
 use crate::scenario::Scenario;
 use crate::scenario::choices::DriveKind;
 use crate::scenario::implausible;
-use crate::scenario::keys::{KEYS, Value};
+use crate::scenario::keys::KEYS;
 use crate::scenario::text;
 use crate::theory::preview::Preview;
 use crate::theory::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
@@ -113,7 +115,7 @@ fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = Quantity::ALL.iter().any(|quantity| quantity.spread(scenario) != 0.0);
     let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
-    let is_default = key.default_in(true) == Some(Value::Count(friction.spread_seed.into()));
+    let is_default = key.default_in(true) == Some(&Value::from(friction.spread_seed));
     (!is_default && !draws).then(|| {
         format!(
             "friction.spread_seed = {} has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \

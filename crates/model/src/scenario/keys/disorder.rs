@@ -15,7 +15,7 @@ const LOAD: &[(Need, &str)] = &[(OneRow, "its contacts have no p of their own")]
 
 section! {
     /// `[disorder]`
-    Disorder "disorder." optional {
+    Disorder "disorder." {
         /// How all that is drawn is distributed (friction.static_spread, dynamic_spread, stiffness_spread,
         /// load_spread): uniform, from mean - spread to mean + spread; normal, lognormal and weibull, with the spread
         /// as standard deviation; two-valued, mean + spread in asperities, mean - spread elsewhere, so that the mean of
@@ -34,9 +34,9 @@ section! {
         /// so that they add up to normal_load.total_n.
         load_spread: f64 = 0.0; NOT_NEGATIVE; needs LOAD;
         /// What is added to k_t, over k_t, block by block; empty for nothing.
-        stiffness_offsets: List = []; Numbers(Open, Open); needs STIFFNESS;
+        stiffness_offsets: List = List::new(); Numbers(Open, Open); needs STIFFNESS;
         /// What is added to p, over p, block by block, before the scaling to the total; empty for nothing.
-        load_offsets: List = []; Numbers(Open, Open); needs LOAD;
+        load_offsets: List = List::new(); Numbers(Open, Open); needs LOAD;
         /// A file, named from the current folder, with a row for each block and one or more of the columns
         /// static_offset, dynamic_offset, stiffness_offset and load_offset, which fill the lists of these names. It is
         /// read unless one of these lists is given, and once; the run's log holds what it said.

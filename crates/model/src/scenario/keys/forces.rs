@@ -71,13 +71,13 @@ section! {
         velocity_m_per_s: f64 = 1e-4; NOT_NEGATIVE, "V";
         /// Times of a piecewise-linear course of the velocity of the drive point of a chain, not descending, each a
         /// whole number of steps; two equal times are a step of the velocity. Empty for a constant velocity.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs CONSTANT;
+        course_s: List = List::new(); Numbers(Including(0.0), Open), later; needs CONSTANT;
         /// Velocities at these times, below 0 backwards, the first being velocity_m_per_s; before the first and after
         /// the last the velocity is constant.
-        course_m_per_s: List = []; Numbers(Open, Open), later; needs VELOCITY;
+        course_m_per_s: List = List::new(); Numbers(Open, Open), later; needs VELOCITY;
         /// Of a drive by force: forces at the times course_s, not descending, linear between them; before the first and
         /// after the last the force is constant.
-        course_n: List = []; Numbers(Open, Open), later;
+        course_n: List = List::new(); Numbers(Open, Open), later;
         needs &[(Drives(&[Force]), "a drive by springs has no course of its force")];
         /// Of a top drive: K_n = K / N (1 - tilt (2n - N - 1) / (N - 1)); positive pulls harder where a side drive
         /// would.
@@ -116,10 +116,10 @@ section! {
         needs &[(Rows, "there is no foundation")];
         /// Times of a piecewise-linear course of the total load, ascending, each a whole number of steps; empty for a
         /// constant load (6.1-6.3).
-        schedule_s: List = []; Numbers(Including(0.0), Open), later;
+        schedule_s: List = List::new(); Numbers(Including(0.0), Open), later;
         /// Total loads at these times, the first being total_n; before the first and after the last the load is
         /// constant.
-        schedule_n: List = []; Numbers(Excluding(0.0), Open), later;
+        schedule_n: List = List::new(); Numbers(Excluding(0.0), Open), later;
         /// What schedule_s counts from: start, of the run; hold, the step in which the drive stops.
         schedule_from: ScheduleFrom = "start"; Word(&["start", "hold"]), later;
         /// A file of columns time_s, x_over_l and factor, named from the current folder, with a profile along the chain
@@ -128,9 +128,9 @@ section! {
         /// said.
         course_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs &[LOADS[0], LOADS[1], (Blocks, ALONG)];
         /// Times of such a course, ascending, each a whole number of steps; empty for none.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs LOADS;
+        course_s: List = List::new(); Numbers(Including(0.0), Open), later; needs LOADS;
         /// Factors on the normal load at these times: one for all blocks, or one for each block, time by time.
-        course_factor: List = []; Numbers(Excluding(0.0), Open), later; needs LOADS;
+        course_factor: List = List::new(); Numbers(Excluding(0.0), Open), later; needs LOADS;
     }
 }
 
@@ -149,14 +149,14 @@ section! {
         profile_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs SHEAR;
         /// Initial shear over normal load, block by block, in addition; empty for none. The last block takes what is
         /// missing for a sum of 0.
-        profile: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_0 / p", later;
+        profile: List = List::new(); Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_0 / p", later;
         needs SHEAR;
     }
 }
 
 section! {
     /// `[prestress]`
-    Prestress "prestress." optional {
+    Prestress "prestress." {
         /// A constant force from outside on each block, along the drive, over its normal load at the start; not part of
         /// F_T, and balanced by the friction springs at the start.
         ratio: f64 = 0.0; Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), "tau_p / p";
@@ -169,22 +169,22 @@ section! {
         rise_ratio: f64 = 0.0; Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO));
         needs &[OUTSIDE[0], (Blocks, ALONG)];
         /// Blocks at which the prestress steps, as at a barrier, counted from 1, ascending; empty for none.
-        from_blocks: List = []; Numbers(Including(1.0), Open), later; needs OUTSIDE;
+        from_blocks: List = List::new(); Numbers(Including(1.0), Open), later; needs OUTSIDE;
         /// A further constant force on each of these blocks and those up to the next one, over the normal load.
-        from_blocks_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
+        from_blocks_ratio: List = List::new(); Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
         /// A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is
         /// interpolated between its rows and added. It is read once; the run's log holds what it said.
         profile_csv: String = ""; Text(LONGEST_NAME_BYTES); needs &[OUTSIDE[0], (Blocks, ALONG)];
         /// Prestress over normal load, block by block, in addition; empty for none.
-        profile: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)); needs OUTSIDE;
+        profile: List = List::new(); Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)); needs OUTSIDE;
         /// A file of columns time_s, x_over_l and ratio, named from the current folder, with a profile along the chain
         /// at each of its times: a force from outside on each block over its normal load at the start, in addition,
         /// interpolated linearly in place and time. It is read once; the run's log holds what it said.
         course_csv: String = ""; Text(LONGEST_NAME_BYTES), later; needs &[FORCES[0], FORCES[1], (Blocks, ALONG)];
         /// Times of such a course, ascending, each a whole number of steps; empty for none.
-        course_s: List = []; Numbers(Including(0.0), Open), later; needs FORCES;
+        course_s: List = List::new(); Numbers(Including(0.0), Open), later; needs FORCES;
         /// Ratios at these times: one for all blocks, or one for each block, time by time.
-        course_ratio: List = []; Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
+        course_ratio: List = List::new(); Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)), later;
         needs FORCES;
     }
 }
@@ -202,7 +202,7 @@ section! {
 
 section! {
     /// `[initial]`
-    Initial "initial." optional {
+    Initial "initial." {
         /// The log of a run, named from the current folder, in whose state this one begins: that of its end, or of
         /// initial.at_s. Slider, friction law and time step must be the same; load, drive, other numbers of friction,
         /// duration and recording may be others. The clock goes on, and time.start, initial_shear and initial_velocity
@@ -218,13 +218,13 @@ section! {
         /// once; the lists below hold what it said.
         state_csv: String = ""; Text(LONGEST_NAME_BYTES);
         /// Displacement of each block of a chain at the start; empty for none.
-        displacement_m: List = []; Numbers(Open, Open), "u";
+        displacement_m: List = List::new(); Numbers(Open, Open), "u";
         /// Velocity of each block, beside initial.displacement_m; empty for rest.
-        velocity_m_per_s: List = []; Numbers(Open, Open), "v";
+        velocity_m_per_s: List = List::new(); Numbers(Open, Open), "v";
         /// Anchor of the friction spring of each block, beside initial.displacement_m; empty for springs that hold the
         /// blocks where they are.
-        stick_position_m: List = []; Numbers(Open, Open), "u_stick";
+        stick_position_m: List = List::new(); Numbers(Open, Open), "u_stick";
         /// Blocks that slide at the start, counted from 1, ascending, beside initial.displacement_m; empty for none.
-        sliding_blocks: List = []; Numbers(Including(1.0), Open);
+        sliding_blocks: List = List::new(); Numbers(Including(1.0), Open);
     }
 }

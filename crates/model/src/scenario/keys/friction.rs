@@ -71,7 +71,7 @@ section! {
         /// friction falls with velocity where b > a.
         evolution_effect: f64 = 0.015; POSITIVE, "b", later;
         /// Of rate-and-state: what is added to b, block by block; empty for nothing. Every sum is above 0.
-        evolution_offsets: List = []; Numbers(Open, Open), later;
+        evolution_offsets: List = List::new(); Numbers(Open, Open), later;
         /// Of rate-and-state: the slip over which the state changes.
         critical_slip_m: f64 = 1e-6; POSITIVE, "D_c", later;
         /// Of rate-and-state: the velocity at which steady friction over the normal load is f_0.
@@ -100,11 +100,11 @@ section! {
         /// Time scale of ageing.
         ageing_time_s: f64 = 1.0; POSITIVE, "t_0", later;
         /// What is added to mu_s, block by block; empty for nothing.
-        static_offsets: List = []; Numbers(Open, Open), later;
+        static_offsets: List = List::new(); Numbers(Open, Open), later;
         /// What is added to mu_d, block by block; empty for nothing.
-        dynamic_offsets: List = []; Numbers(Open, Open), later;
+        dynamic_offsets: List = List::new(); Numbers(Open, Open), later;
         /// Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.
-        stuck_blocks: List = []; Numbers(Including(1.0), Open), later;
+        stuck_blocks: List = List::new(); Numbers(Including(1.0), Open), later;
         /// Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard
         /// deviation, or half the distance of two values; what was drawn stands in the table drawn.
         static_spread: f64 = 0.0; NOT_NEGATIVE, later;

@@ -31,7 +31,7 @@ section! {
 
 section! {
     /// `[detection]`
-    Detection "detection." optional {
+    Detection "detection." {
         /// Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies between
         /// them, by junctions also if no more than twice their healing time: a front may be this much slower than
         /// elastic waves. Never changes the run, only what is told of it.

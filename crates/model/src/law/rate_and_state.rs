@@ -14,17 +14,16 @@
 //! Sliding backwards wears contacts as well, hence `|V|`. In steady sliding `theta = D_c / |V|`, and the coefficient
 //! is `f_0 + (a - b) ln(V / V_0)`. The load enters `F` at its present value; the state does not depend on it.
 
-use serde::{Deserialize, Serialize};
+use crate::scenario::choices::words;
 
-/// How the state of rate-and-state friction evolves.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Evolution {
-    /// Contacts at rest strengthen: `theta' = 1 - |V| theta / D_c` (Dieterich).
-    #[default]
-    Ageing,
-    /// The state changes by slip alone: `theta' = -(|V| theta / D_c) ln(|V| theta / D_c)` (Ruina).
-    Slip,
+words! {
+    /// How the state of rate-and-state friction evolves.
+    Evolution {
+        /// Contacts at rest strengthen: `theta' = 1 - |V| theta / D_c` (Dieterich).
+        Ageing = "ageing",
+        /// The state changes by slip alone: `theta' = -(|V| theta / D_c) ln(|V| theta / D_c)` (Ruina).
+        Slip = "slip",
+    }
 }
 
 /// The numbers of the law that all contacts share; `b` may differ from contact to contact

@@ -17,9 +17,6 @@ pub const AS_CODED: &str = "as-coded";
 /// The word of `parameter_set` for the values of the thesis' text, the default.
 pub const AS_STATED: &str = "as-stated";
 
-/// The words of `parameter_set`, in the order of [`Key::defaults`].
-pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
-
 /// Above 0.
 pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
 /// 0 or above.

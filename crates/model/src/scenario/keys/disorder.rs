@@ -20,7 +20,7 @@ section! {
         /// load_spread): uniform, from mean - spread to mean + spread; normal, lognormal and weibull, with the spread
         /// as standard deviation; two-valued, mean + spread in asperities, mean - spread elsewhere, so that the mean of
         /// all shifts by (2 asperity_share - 1) spread.
-        distribution: Distribution = "uniform"; Word(&["uniform", "normal", "lognormal", "weibull", "two-valued"]);
+        distribution: Distribution = "uniform"; Word(Distribution::WORDS);
         /// Of weibull: the modulus of the distribution, which is scaled and shifted to mean and spread.
         weibull_modulus: f64 = 2.0; Number(Including(0.1), Including(1e3));
         /// Of two-valued: the probability that a contact is in an asperity.

@@ -63,7 +63,7 @@ section! {
         /// 1 backwards and block N forwards, with K each; force, block 1 of a chain by the force course_n, without a
         /// spring, as by a weight. Its springs are measured from the grid of the undeformed slider, so with initial
         /// shear F_T is not quite 0 at the start; in a slab and a body they are relaxed where it rests under its load.
-        kind: DriveKind = "side"; Word(&["side", "top", "left-right", "force"]), later;
+        kind: DriveKind = "side"; Word(DriveKind::WORDS), later;
         /// Stiffness of the driving spring on block 1 (5.8), of all springs of a top drive together, or of each of a
         /// left-right drive.
         stiffness_n_per_m: f64 = 8e5; NOT_NEGATIVE, "K";
@@ -121,7 +121,7 @@ section! {
         /// constant.
         schedule_n: List = List::new(); Numbers(Excluding(0.0), Open), later;
         /// What schedule_s counts from: start, of the run; hold, the step in which the drive stops.
-        schedule_from: ScheduleFrom = "start"; Word(&["start", "hold"]), later;
+        schedule_from: ScheduleFrom = "start"; Word(ScheduleFrom::WORDS), later;
         /// A file of columns time_s, x_over_l and factor, named from the current folder, with a profile along the chain
         /// at each of its times. The normal load of each block is multiplied with the factor, interpolated linearly in
         /// place and time; a part that is unloaded, or fluid that spreads. It is read once; the run's log holds what it

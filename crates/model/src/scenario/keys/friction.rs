@@ -32,11 +32,11 @@ section! {
         /// there, where the velocity has turned by a right angle or more from the direction of the slip. The laws rigid
         /// and velocity-weakening are two-way: there a block stops where its velocity changes sign, and goes on from
         /// exactly 0.
-        reattach: Reattach = "one-way"; Word(&["one-way", "two-way", "turn"]);
+        reattach: Reattach = "one-way"; Word(Reattach::WORDS);
         /// Of interfacial-springs: which force detaches a stuck block where it reaches mu_s p_n: force, the sum |tau_n|
         /// of all forces but friction (5.13); spring, that of its friction spring, |k_t (u_n - u_stick,n)|. At rest
         /// they are equal; before a front tau_n is larger. Of chains and single blocks.
-        detach_by: DetachBy = "force"; Word(&["force", "spring"]), later;
+        detach_by: DetachBy = "force"; Word(DetachBy::WORDS), later;
         needs &[(Chain, "how contacts of this body detach by their springs is not derived")];
         /// Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).
         weakening_velocity_m_per_s: f64 = 0.1; POSITIVE, "v_c", later;
@@ -59,7 +59,7 @@ section! {
         /// Of junctions: width of the uniform distribution of their forces at the start, over the load that each bears.
         junction_width: f64 = 0.05; NOT_NEGATIVE, "w", later;
         /// Of junctions: whether these forces are evenly spread or drawn.
-        junction_start: JunctionStart = "even"; Word(&["even", "drawn"]), later;
+        junction_start: JunctionStart = "even"; Word(JunctionStart::WORDS), later;
         /// Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.
         junction_seed: u32 = 1; Count(0, 4_294_967_295), later;
         /// Of junctions: a contact slides while at least this share of its junctions slips.
@@ -80,7 +80,7 @@ section! {
         reference_coefficient: f64 = 0.6; POSITIVE, "f_0", later;
         /// Of rate-and-state, how the state theta changes: ageing, by 1 - |v| theta / D_c, at rest as well; slip, by
         /// -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone.
-        evolution: Evolution = "ageing"; Word(&["ageing", "slip"]), later;
+        evolution: Evolution = "ageing"; Word(Evolution::WORDS), later;
         /// Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, -E v
         /// among them, balance at every time; radiation_kg_per_s must be above 0 and slider.relative_damping 0, and
         /// slider.mass_kg sets only the link time of ruptures and the wave speed that front speeds are compared with.

@@ -15,7 +15,7 @@ section! {
         /// chain follows the drive in steady motion, step by step and with the lag of its damping: without the ramp,
         /// and without the vibration that it leaves. By rate-and-state: loaded, its default, at time 0 in steady
         /// sliding (friction.initial_kick); at-rest, with relaxed springs and the same state.
-        start: Start = "at-rest"; Word(&["at-rest", "loaded"]), later;
+        start: Start = "at-rest"; Word(Start::WORDS), later;
         /// Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest
         /// stable one; beyond 0.4 of that, switches feed energy into the slider. By rate-and-state, whose solver
         /// chooses its steps, the grid to which times are rounded.

@@ -6,10 +6,10 @@ use toml::Value;
 
 use super::section::section;
 use crate::law::laws::FrictionLaw;
-use crate::scenario::choices::End;
+use crate::scenario::choices::{End, ParameterSet};
 use crate::scenario::key::Kind::{Count, Text, Word};
 use crate::scenario::key::Need::{Blocks, Chain, Laws};
-use crate::scenario::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, PARAMETER_SETS, POSITIVE};
+use crate::scenario::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, POSITIVE};
 
 /// The keys of the scenario itself, in the order in which they are shown.
 pub(super) fn names() -> Vec<Key> {
@@ -29,7 +29,7 @@ pub(super) fn names() -> Vec<Key> {
     vec![
         key("name", line, "unnamed", "Name of the scenario; does not affect the run."),
         key("summary", line, "", "One line on what it is for; does not affect the run."),
-        key("parameter_set", Word(PARAMETER_SETS), AS_STATED, sets),
+        key("parameter_set", Word(ParameterSet::WORDS), AS_STATED, sets),
     ]
 }
 
@@ -71,8 +71,8 @@ section! {
         /// and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up
         /// long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of
         /// chains of 2 blocks or more whose blocks stick.
-        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
+        left_end: End = "free"; Word(End::WORDS), later; needs ENDS;
         /// What block N is joined to, likewise; either both ends are periodic or neither.
-        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]), later; needs ENDS;
+        right_end: End = "free"; Word(End::WORDS), later; needs ENDS;
     }
 }

@@ -1,10 +1,10 @@
 //! The registered contact laws: for each a file of the folder `laws` and a line of the list at the end.
 
-use crate::law::junctions::Junctions;
-use crate::law::rate_and_state::RateAndState;
 use crate::law::{Affine, ContactLaw, WithLaw, memory_of};
 use crate::scenario::Scenario;
 use crate::scenario::choices::words;
+pub use junctions::Junctions;
+pub use rate_and_state::RateAndState;
 pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
@@ -21,7 +21,7 @@ macro_rules! text {
 /// Declares the registered laws: the variant, its file, its word and its text in the key table.
 macro_rules! laws {
     ($($law:ident in $file:ident: $word:literal, $meaning:literal;)*) => {
-        $(mod $file;)*
+        $(pub mod $file;)*
 
         words! {
             /// The law that a scenario selects.

@@ -77,7 +77,7 @@ words! {
         Normal = "normal",
         /// With mean and standard deviation as given.
         Lognormal = "lognormal",
-        /// Likewise, with a modulus.
+        /// With mean and standard deviation as given, and a modulus.
         Weibull = "weibull",
         /// Mean plus spread in a share of the contacts, mean less spread elsewhere.
         TwoValued = "two-valued",

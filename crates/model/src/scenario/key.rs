@@ -1,12 +1,14 @@
 //! What a key of a scenario is: its type, its range, its default.
 
+use std::ops::Bound::{self, Excluded, Included, Unbounded};
+use std::ops::RangeBounds;
+
 use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::choices::DriveKind;
 use crate::scenario::typed::whole;
-use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
 /// Most nodes upwards, and most across the sliding direction.
@@ -18,9 +20,9 @@ pub const AS_CODED: &str = "as-coded";
 pub const AS_STATED: &str = "as-stated";
 
 /// Above 0.
-pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
+pub(crate) const POSITIVE: Kind = Number(Excluded(0.0), Unbounded);
 /// 0 or above.
-pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+pub(crate) const NOT_NEGATIVE: Kind = Number(Included(0.0), Unbounded);
 
 /// One key of a scenario.
 #[derive(Debug, Clone)]
@@ -67,7 +69,7 @@ pub enum Need {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A finite number within bounds.
-    Number(Bound, Bound),
+    Number(Bound<f64>, Bound<f64>),
     /// A whole number from the first to the second, both included.
     Count(u64, u64),
     /// One of these words.
@@ -77,18 +79,7 @@ pub enum Kind {
     /// Any text on one line, of at most this number of bytes.
     Text(usize),
     /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
-    Numbers(Bound, Bound),
-}
-
-/// One end of a range of numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bound {
-    /// No bound on this side; the value must be finite all the same.
-    Open,
-    /// The bound itself is accepted.
-    Including(f64),
-    /// The bound itself is refused.
-    Excluding(f64),
+    Numbers(Bound<f64>, Bound<f64>),
 }
 
 impl Key {
@@ -122,19 +113,7 @@ impl Kind {
     /// Whether a finite number is in range; false for kinds that are not numeric.
     pub fn accepts_number(&self, value: f64) -> bool {
         match self {
-            Number(low, high) | Numbers(low, high) => {
-                value.is_finite()
-                    && match *low {
-                        Open => true,
-                        Including(bound) => value >= bound,
-                        Excluding(bound) => value > bound,
-                    }
-                    && match *high {
-                        Open => true,
-                        Including(bound) => value <= bound,
-                        Excluding(bound) => value < bound,
-                    }
-            }
+            Number(low, high) | Numbers(low, high) => value.is_finite() && (*low, *high).contains(&value),
             _ => false,
         }
     }
@@ -168,7 +147,7 @@ impl Kind {
     /// Whether a number is large enough to calculate with, see [`LEAST_MAGNITUDE`]. Lists of increments,
     /// block by block, may contain the rounding of a 0.
     pub(crate) fn is_usable(&self, value: f64) -> bool {
-        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Including(0.0) | Excluding(0.0)));
+        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Included(0.0) | Excluded(0.0)));
         let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };
         value == 0.0 || (least..=MOST_MAGNITUDE).contains(&value.abs())
     }
@@ -178,24 +157,20 @@ impl std::fmt::Display for Kind {
     /// The accepted values in words, for errors and comments.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Number(low, high) => match (low, high) {
-                (Open, Open) => f.write_str("any finite number"),
-                (Excluding(low), Open) => write!(f, "a number above {low}"),
-                (Including(low), Open) => write!(f, "a number from {low}"),
-                _ => {
-                    f.write_str("a number")?;
-                    match low {
-                        Including(low) => write!(f, " from {low}")?,
-                        Excluding(low) => write!(f, " above {low}")?,
-                        Open => {}
-                    }
-                    match high {
-                        Including(high) => write!(f, " to {high}"),
-                        Excluding(high) => write!(f, " below {high}"),
-                        Open => Ok(()),
-                    }
+            Number(Unbounded, Unbounded) => f.write_str("any finite number"),
+            Number(low, high) => {
+                f.write_str("a number")?;
+                match low {
+                    Included(low) => write!(f, " from {low}")?,
+                    Excluded(low) => write!(f, " above {low}")?,
+                    Unbounded => {}
                 }
-            },
+                match high {
+                    Included(high) => write!(f, " to {high}"),
+                    Excluded(high) => write!(f, " below {high}"),
+                    Unbounded => Ok(()),
+                }
+            }
             Count(low, high) => write!(f, "a whole number from {low} to {high}"),
             Word(words) => {
                 let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();

@@ -13,7 +13,7 @@ pub(crate) mod section;
 mod slider;
 
 use self::section::Section;
-pub use crate::scenario::key::{AS_CODED, AS_STATED, Bound, Key, Kind, Need};
+pub use crate::scenario::key::{AS_CODED, AS_STATED, Key, Kind, Need};
 pub use disorder::Disorder;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
 pub use friction::Friction;

@@ -11,8 +11,7 @@ use crate::scenario::Scenario;
 use crate::scenario::defaults::insert;
 use crate::scenario::key::{Key, Need};
 use crate::scenario::keys::KEYS;
-use crate::scenario::rules::Refusals;
-use crate::scenario::source::{Entries, LayerKind, ScenarioError};
+use crate::scenario::source::{LayerKind, Refusals};
 
 /// When a sliding block re-attaches.
 const REATTACH: &str = "friction.reattach";
@@ -21,11 +20,12 @@ const START: &str = "time.start";
 
 /// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
 /// values are refused in scenarios and ignored in logs.
-pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
+pub(crate) fn settle(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
+    let entries = refusals.entries;
     let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
     for key in KEYS.iter().filter(|key| law.lacks(key.path)) {
         // Where it cannot be chosen, a contact re-attaches whichever way it slid.
-        let (idle, why) = match key.path {
+        let (fixed, why) = match key.path {
             REATTACH => (
                 Value::String("two-way".to_owned()),
                 "its contacts stop whichever way they slid, if they stick",
@@ -34,12 +34,12 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
         };
         let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
         let is_written = entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log);
-        if is_written && table[section][name] != idle {
+        if is_written && table[section][name] != fixed {
             let (of, laws) =
                 among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(key.path)));
-            Refusals { entries, errors }.refuse_without_meaning(key, &idle, &of, why, &laws);
+            refusals.refuse_without_meaning(key, &fixed, &of, why, &laws);
         }
-        insert(table, key.path, idle);
+        insert(table, key.path, fixed);
     }
     if !law.sticks() && !entries.values.contains_key(START) {
         insert(table, START, Value::String("loaded".to_owned()));

@@ -1,5 +1,7 @@
 //! Formats a scenario as TOML to read and to edit, with comments from the key table.
 
+use std::ops::Bound;
+
 use asperity_record::TimeGrid;
 use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
 
@@ -8,7 +10,7 @@ use crate::plan::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
 use crate::scenario::keys::section::Section;
-use crate::scenario::keys::{Bound, KEYS, Key, Kind};
+use crate::scenario::keys::{KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::meaning;
 use crate::scenario::source::{Entries, ScenarioError};
@@ -84,10 +86,9 @@ impl Scenario {
                 }
                 _ => "likewise",
             };
-            let (spread, kind) = (of.spread_key(), Kind::Numbers(Bound::Open, Bound::Open));
-            for line in wrap(&format!("Offsets that {spread} adds to {to}, {how}. Accepted: {kind}."), 98) {
-                out.push_str(&format!("# {line}\n"));
-            }
+            let (spread, kind) = (of.spread_key(), Kind::Numbers(Bound::Unbounded, Bound::Unbounded));
+            let about = format!("Offsets that {spread} adds to {to}, {how}. Accepted: {kind}.");
+            out.push_str(&commented("# ", &about));
             let (_, name) = of.offsets_key().rsplit_once('.').expect("lists stand in sections");
             out.push_str(&format!("{start}{name} = {}\n", toml::Value::from(drawn)));
         }
@@ -129,9 +130,7 @@ impl Scenario {
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
         for key in Window::keys() {
-            for line in wrap(&format!("{} Accepted: {}.", key.doc, key.kind), 96) {
-                out.push_str(&format!("#   {line}\n"));
-            }
+            out.push_str(&commented("#   ", &format!("{} Accepted: {}.", key.doc, key.kind)));
             out.push_str(&format!("# {} = {}\n", key.path, example(key.path)));
         }
         out
@@ -151,7 +150,7 @@ impl Scenario {
             "dt_max = {longest_s:.3e} s: from there on the scheme is unstable even if no block switches. This step is \
              {share:.2e} dt_max; at most {ADVISED_SHARE} is advised{advice}."
         );
-        wrap(&text, 98).into_iter().map(|line| format!("# {line}\n")).collect()
+        commented("# ", &text)
     }
 }
 
@@ -179,9 +178,7 @@ fn comment_and_value(
     left_to: Option<&'static str>,
 ) {
     let symbol = if key.symbol.is_empty() { String::new() } else { format!("{}: ", key.symbol) };
-    for line in wrap(&format!("{symbol}{} Accepted: {}.", key.doc, key.kind), 98) {
-        out.push_str(&format!("# {line}\n"));
-    }
+    out.push_str(&commented("# ", &format!("{symbol}{} Accepted: {}.", key.doc, key.kind)));
     match left_to {
         Some(other) => {
             out.push_str(&format!("# {name} = {value}  # from {other}; uncomment to fix it\n"));
@@ -190,20 +187,21 @@ fn comment_and_value(
     }
 }
 
-fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
+/// A text as lines of at most 100 characters, each behind `start`.
+fn commented(start: &str, text: &str) -> String {
+    let mut out = String::new();
+    let mut width = usize::MAX;
     for word in text.split_whitespace() {
-        let last = lines.last_mut().expect("there is always a line");
-        if !last.is_empty() && last.len() + 1 + word.len() > width {
-            lines.push(word.to_owned());
+        width = width.saturating_add(1 + word.len());
+        if width > 100 {
+            out.push_str(&format!("\n{start}"));
+            width = start.len() + word.len();
         } else {
-            if !last.is_empty() {
-                last.push(' ');
-            }
-            last.push_str(word);
+            out.push(' ');
         }
+        out.push_str(word);
     }
-    lines
+    format!("{}\n", out.trim_start())
 }
 
 #[cfg(test)]

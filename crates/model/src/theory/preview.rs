@@ -53,7 +53,7 @@ pub struct Preview {
     /// The time at which `F_T / F_N` reaches `mu_d` if nothing slides before; `None` if it never does, and
     /// for a left-right drive, whose forces cancel in `F_T`.
     pub dynamic_load_s: Option<f64>,
-    /// The time at which it reaches `mu_s`, likewise.
+    /// The time at which it reaches `mu_s`, on the same conditions.
     pub static_load_s: Option<f64>,
     /// The largest `F_T / F_N` within the duration of the run if nothing slides; sliding lowers it. `None`
     /// for a left-right drive.
@@ -142,11 +142,10 @@ struct Linear {
     per_m: f64,
 }
 
-impl std::ops::Neg for Linear {
-    type Output = Linear;
-
-    fn neg(self) -> Linear {
-        Linear { fixed_n: -self.fixed_n, per_factor: -self.per_factor, per_m: -self.per_m }
+impl Linear {
+    /// The force times a number.
+    fn times(self, by: f64) -> Linear {
+        Linear { fixed_n: self.fixed_n * by, per_factor: self.per_factor * by, per_m: self.per_m * by }
     }
 }
 
@@ -274,7 +273,7 @@ impl StuckContact {
         let step = match self.across {
             Some(across) => first_step_of_size(stretches, [self.along, across], self.strength),
             None => {
-                let either_way = [self.along, -self.along];
+                let either_way = [1.0, -1.0].map(|way| self.along.times(way));
                 let steps =
                     either_way.into_iter().filter_map(|along| first_step(stretches, along, self.strength));
                 steps.reduce(f64::min)
@@ -355,9 +354,7 @@ impl Stuck {
                 let shear = at_start_n[n] / plan.normal_load_n[n];
                 let yields = law.yield_coefficient(n, shear, [mu_s, mu_d]) / mu_s;
                 if yields.is_finite() {
-                    strength.per_factor *= yields;
-                    strength.fixed_n *= yields;
-                    strength.per_m *= yields;
+                    *strength = strength.times(yields);
                 }
             }
         }

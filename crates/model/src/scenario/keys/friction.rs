@@ -1,10 +1,11 @@
 //! The keys of friction.
 
+use std::ops::Bound::{Excluded, Included, Unbounded};
+
 use super::section::section;
 use crate::law::laws::{self, FrictionLaw};
 use crate::law::rate_and_state::Evolution;
 use crate::scenario::choices::{DetachBy, JunctionStart, Reattach};
-use crate::scenario::key::Bound::{Excluding, Including, Open};
 use crate::scenario::key::Kind::{Count, Flag, Number, Numbers, Word};
 use crate::scenario::key::Need::{Chain, OneRowAcross};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
@@ -63,7 +64,7 @@ section! {
         /// Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.
         junction_seed: u32 = 1; Count(0, 4_294_967_295), later;
         /// Of junctions: a contact slides while at least this share of its junctions slips.
-        sliding_share: f64 = 0.5; Number(Excluding(0.0), Including(1.0)), later;
+        sliding_share: f64 = 0.5; Number(Excluded(0.0), Included(1.0)), later;
         /// Of rate-and-state: the rise of friction over the normal load with the logarithm of the velocity, while the
         /// state is the same.
         direct_effect: f64 = 0.01; POSITIVE, "a", later;
@@ -71,7 +72,7 @@ section! {
         /// friction falls with velocity where b > a.
         evolution_effect: f64 = 0.015; POSITIVE, "b", later;
         /// Of rate-and-state: what is added to b, block by block; empty for nothing. Every sum is above 0.
-        evolution_offsets: List = List::new(); Numbers(Open, Open), later;
+        evolution_offsets: List = List::new(); Numbers(Unbounded, Unbounded), later;
         /// Of rate-and-state: the slip over which the state changes.
         critical_slip_m: f64 = 1e-6; POSITIVE, "D_c", later;
         /// Of rate-and-state: the velocity at which steady friction over the normal load is f_0.
@@ -87,7 +88,7 @@ section! {
         inertia: bool = true; Flag, later;
         /// Of rate-and-state with time.start = "loaded": blocks begin at the velocity V e^x in the state of steady
         /// sliding at V, the velocity of the drive, with springs that balance the friction of this start.
-        initial_kick: f64 = 0.01; Number(Including(-MOST_KICK), Including(MOST_KICK)), "x", later;
+        initial_kick: f64 = 0.01; Number(Included(-MOST_KICK), Included(MOST_KICK)), "x", later;
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
         /// where it falls below V_th / 2. Must exceed the speed of the drive at the start; 0 for 10 times the largest
         /// speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
@@ -100,11 +101,11 @@ section! {
         /// Time scale of ageing.
         ageing_time_s: f64 = 1.0; POSITIVE, "t_0", later;
         /// What is added to mu_s, block by block; empty for nothing.
-        static_offsets: List = List::new(); Numbers(Open, Open), later;
+        static_offsets: List = List::new(); Numbers(Unbounded, Unbounded), later;
         /// What is added to mu_d, block by block; empty for nothing.
-        dynamic_offsets: List = List::new(); Numbers(Open, Open), later;
+        dynamic_offsets: List = List::new(); Numbers(Unbounded, Unbounded), later;
         /// Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.
-        stuck_blocks: List = List::new(); Numbers(Including(1.0), Open), later;
+        stuck_blocks: List = List::new(); Numbers(Included(1.0), Unbounded), later;
         /// Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard
         /// deviation, or half the distance of two values; what was drawn stands in the table drawn.
         static_spread: f64 = 0.0; NOT_NEGATIVE, later;

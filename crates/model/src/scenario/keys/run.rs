@@ -1,10 +1,11 @@
 //! The keys of time, detection and recording.
 
+use std::ops::Bound::Included;
+
 use asperity_record::MOST_BLOCKS;
 
 use super::section::section;
 use crate::scenario::choices::Start;
-use crate::scenario::key::Bound::Including;
 use crate::scenario::key::Kind::{Count, Flag, Number, Word};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
 
@@ -25,7 +26,7 @@ section! {
         duration_s: f64 = 5.0; POSITIVE, "T";
         /// Of rate-and-state: the relative error that the adaptive solver accepts in a step, in each unknown over its
         /// scale.
-        tolerance: f64 = 1e-7; Number(Including(1e-12), Including(1e-2)), later;
+        tolerance: f64 = 1e-7; Number(Included(1e-12), Included(1e-2)), later;
     }
 }
 

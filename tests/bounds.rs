@@ -125,7 +125,7 @@ fn hold_bounds(with_large: bool) {
             "",
         ),
         (format!("{short} name={name} summary={name}"), ""),
-        (format!("{short} name={longer}"), "name: a text of 4097 bytes"),
+        (format!("{short} name={longer}"), "nnn... (4099 bytes) is not accepted"),
         (format!("{short} initial.state_csv={large}"), ""),
         (format!("{short} initial.state_csv={larger}"), "initial.state_csv: "),
         (format!("{short} prestress.profile_csv={steep}"), "prestress.profile_csv: "),

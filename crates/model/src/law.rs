@@ -16,13 +16,12 @@
 //! heat, but for what it radiates ([`ContactLaw::radiation_kg_per_s`]); energy is stored in friction springs
 //! alone.
 
-pub mod junctions;
 pub mod laws;
-pub mod rate_and_state;
 
 use std::hint::select_unpredictable;
 
 pub use asperity_record::magnitude;
+pub use laws::{junctions, rate_and_state};
 
 use crate::scenario::Scenario;
 

@@ -182,10 +182,10 @@ impl Scenario {
             "friction.reattach" => self.friction.law.uses(path),
             _ => !path.ends_with("_csv"),
         };
-        let mut lines = self.differing("", KEYS, &values);
+        let mut lines = self.differing("", &KEYS, &values);
         for (index, window) in self.recording.window.iter().enumerate() {
             let values = toml::Value::try_from(window).expect("a window is plain numbers");
-            lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::KEYS, &values));
+            lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::keys(), &values));
         }
         lines.retain(|(path, _)| enters(path));
         lines.sort_unstable();
@@ -196,9 +196,7 @@ impl Scenario {
     /// The keys that differ from their defaults, with their values as JSON.
     fn differing(&self, prefix: &str, keys: &[Key], values: &toml::Value) -> Vec<(String, String)> {
         let is_as_coded = self.parameter_set == ParameterSet::AsCoded;
-        let differs = |key: &&Key| {
-            key.value_in(values) != key.default_in(is_as_coded).map(keys::Value::to_toml).as_ref()
-        };
+        let differs = |key: &&Key| key.value_in(values) != key.default_in(is_as_coded);
         let line = |key: &Key| {
             let value = serde_json::to_string(&key.value_in(values)).expect("plain numbers and texts");
             (format!("{prefix}{}", key.path), value)

@@ -1,11 +1,10 @@
 //! The registered contact laws: for each a file of the folder `laws` and a line of the list at the end.
 
-use serde::{Deserialize, Serialize};
-
-use crate::law::junctions::Junctions;
-use crate::law::rate_and_state::RateAndState;
 use crate::law::{Affine, ContactLaw, WithLaw, memory_of};
 use crate::scenario::Scenario;
+use crate::scenario::choices::words;
+pub use junctions::Junctions;
+pub use rate_and_state::RateAndState;
 pub use springs::SpringsOverArea;
 
 /// The laws' text in the key table: each word and its meaning.
@@ -22,27 +21,16 @@ macro_rules! text {
 /// Declares the registered laws: the variant, its file, its word and its text in the key table.
 macro_rules! laws {
     ($($law:ident in $file:ident: $word:literal, $meaning:literal;)*) => {
-        $(mod $file;)*
+        $(pub mod $file;)*
 
-        /// The law that a scenario selects.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-        pub enum FrictionLaw {
-            $(#[doc = $meaning] #[serde(rename = $word)] $law,)*
+        words! {
+            /// The law that a scenario selects.
+            FrictionLaw { $(#[doc = $meaning] $law = $word,)* }
         }
 
         impl FrictionLaw {
             /// All of them, in the order of the key table.
             pub const ALL: &'static [FrictionLaw] = &[$(FrictionLaw::$law,)*];
-
-            /// The words that scenarios use.
-            pub(crate) const WORDS: &'static [&'static str] = &[$($word,)*];
-
-            /// The word that scenarios use.
-            pub fn word(self) -> &'static str {
-                match self {
-                    $(FrictionLaw::$law => $word,)*
-                }
-            }
 
             /// The keys that have a meaning for this law and not for every law: [`ContactLaw::KEYS`], and those of
             /// laws whose contacts stick.
@@ -219,13 +207,7 @@ impl Law {
     }
 }
 
-impl Default for FrictionLaw {
-    fn default() -> FrictionLaw {
-        FrictionLaw::ALL[0]
-    }
-}
-
-// The registered laws. The first is the default.
+// The registered laws.
 laws! {
     InterfacialSprings in springs: "interfacial-springs", "Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)";
     Rigid in rigid: "rigid", "without it (2.7): a stuck block does not move";

@@ -9,9 +9,9 @@ use crate::plan::initial::given;
 use crate::plan::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
 use crate::plan::{Plan, RecordingPlan};
 use crate::scenario::Scenario;
-use crate::scenario::files::Reading;
 use crate::scenario::profile::{Wrong, columns, is_by_block};
 use crate::scenario::rules::Refusal;
+use crate::scenario::source::Refusals;
 
 /// The columns of a table.
 const COLUMNS: [&str; 4] = ["displacement_m", "velocity_m_per_s", "stick_position_m", "slides"];
@@ -162,7 +162,7 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
 }
 
 /// Reads the state from its log or its table, unless the scenario holds it.
-pub(crate) fn read(scenario: &mut Scenario, reading: &mut Reading<'_>) {
+pub(crate) fn read(scenario: &mut Scenario, reading: &mut Refusals<'_>) {
     let overrides = |key: &str| reading.entries.overrides(key, "initial.state");
     if overrides("initial.from") || (overrides("initial.at_s") && !scenario.initial.from.is_empty()) {
         scenario.initial.state.clear();
@@ -173,12 +173,14 @@ pub(crate) fn read(scenario: &mut Scenario, reading: &mut Reading<'_>) {
     if has_newer_table {
         for list in LISTS.into_iter().filter(|list| reading.entries.overrides(list, LISTS[0])) {
             let problem = "a list beside a table, which has it as a column".to_owned();
-            reading.errors.push(reading.error(list, problem, "none, or no initial.state_csv".to_owned()));
+            reading.refuse(list, problem, "none, or no initial.state_csv");
         }
     }
     if !initial.from.is_empty() && initial.state.is_empty() {
         let read = reading.files("initial.from", &initial.from).and_then(|files| {
-            files.state(scenario).map_err(|unfit| reading.error(unfit.key, unfit.problem, unfit.accepted))
+            files
+                .state(scenario)
+                .map_err(|unfit| reading.entries.error(unfit.key, unfit.problem, unfit.accepted))
         });
         match read {
             Ok(state) => scenario.initial.state = state,

@@ -1,9 +1,11 @@
 //! Describes the slider of a parameter set, in words: the thesis' program computed a different slider from
 //! the one stated in its text, with front speeds unlike those of a solid.
 
+use toml::Value;
+
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{self, KEYS};
+use crate::scenario::keys::KEYS;
 
 impl Scenario {
     /// Mass of the slider and speed of long elastic waves in it, as in `0.012 kg, c = 1451 m/s`.
@@ -18,7 +20,7 @@ impl Scenario {
         let Scenario { parameter_set, slider, .. } = self;
         let has = |path: &str, number: f64| {
             let key = KEYS.iter().find(|key| key.path == path);
-            key.and_then(|key| key.default_in(true)) == Some(keys::Value::Number(number))
+            key.and_then(|key| key.default_in(true)) == Some(&Value::from(number))
         };
         let is_coded =
             has("slider.mass_kg", slider.mass_kg) || has("slider.relative_damping", slider.relative_damping);

@@ -2,41 +2,39 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::bounds::{LEAST_MAGNITUDE, LONGEST_NAME_BYTES, MOST_MAGNITUDE};
+use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use asperity_record::unit_of;
+use toml::Value;
 
 use crate::scenario::keys::{self, AS_STATED, KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
-use crate::scenario::source::{Entries, Entry, ScenarioError, Written};
+use crate::scenario::source::{Entries, Entry, ScenarioError};
 use crate::scenario::suggest;
-use crate::scenario::typed::whole;
 
 /// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
-    unknown_keys(&entries.values, KEYS, "", errors);
-    let set = match entries.values.get("parameter_set").map(|entry| &entry.value) {
-        Some(Written::Text(word)) => word,
-        _ => AS_STATED,
-    };
+    unknown_keys(&entries.values, &KEYS, "", errors);
+    let named = entries.values.get("parameter_set").and_then(|entry| entry.value.as_ref());
+    let set = named.and_then(Value::as_str).unwrap_or(AS_STATED);
     let mut table = toml::Table::new();
-    for key in KEYS {
+    for key in KEYS.iter() {
         let value = match entries.values.get(key.path) {
             Some(entry) => checked(key, key.path, entry, errors),
-            None if key.path == "parameter_set" => Some(toml::Value::String(set.to_owned())),
-            None => key.default_in(set == keys::AS_CODED).map(keys::Value::to_toml),
+            None if key.path == "parameter_set" => Some(Value::String(set.to_owned())),
+            None => key.default_in(set == keys::AS_CODED).cloned(),
         };
         if let Some(value) = value {
             insert(&mut table, key.path, value);
         }
     }
-    let windows: Vec<toml::Value> = entries
+    let windows: Vec<Value> = entries
         .windows
         .iter()
         .flatten()
         .map(|window| {
-            unknown_keys(window, Window::KEYS, "recording.window.", errors);
+            unknown_keys(window, Window::keys(), "recording.window.", errors);
             let mut table = toml::Table::new();
-            for key in Window::KEYS {
+            for key in Window::keys() {
                 let path = format!("{WINDOW}.{}", key.path);
                 match window.get(key.path) {
                     Some(entry) => {
@@ -52,11 +50,11 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
                     }),
                 }
             }
-            toml::Value::Table(table)
+            Value::Table(table)
         })
         .collect();
     if !windows.is_empty() {
-        insert(&mut table, WINDOW, toml::Value::Array(windows));
+        insert(&mut table, WINDOW, Value::Array(windows));
     }
     table
 }
@@ -75,82 +73,32 @@ fn unknown_keys(
     for (index, (path, entry)) in unknown.enumerate() {
         let meant = if index < MOST_GUESSED { suggest::keys(path, known) } else { Vec::new() };
         let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
-        errors.push(ScenarioError {
-            place: Some(entry.place.clone()),
-            key: Some(format!("{prefix}{path}")),
-            problem: format!("unknown key, set to {}{}", entry.value, suggest::did_you_mean(&meant)),
-            accepted: Some("the keys of `asperity scenario show default`".to_owned()),
-        });
+        let problem = format!("unknown key, set to {}{}", entry.written, suggest::did_you_mean(&meant));
+        let accepted = "the keys of `asperity scenario show default`";
+        errors.push(entry.error(format!("{prefix}{path}"), problem, accepted));
     }
 }
 
 /// Checks one written value against its key; pushes an error if it does not fit.
-fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
-    let good = match (&entry.value, key.kind) {
-        (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
-            Some(toml::Value::Float(*value))
+fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<Value> {
+    let value = entry.value.as_ref();
+    let good = value.and_then(|value| key.kind.converted(value));
+    let refused = match &good {
+        Some(Value::Float(number)) => unusable(key.kind, *number),
+        Some(Value::Array(numbers)) => {
+            numbers.iter().filter_map(Value::as_float).find_map(|number| unusable(key.kind, number))
         }
-        (Written::Whole(value), Kind::Number(..)) if key.kind.accepts_number(*value as f64) => {
-            Some(toml::Value::Float(*value as f64))
+        Some(_) => None,
+        None => {
+            let is_number = matches!(key.kind, Kind::Number(..) | Kind::Numbers(..));
+            let is_meant_as_one = value.and_then(Value::as_str).is_some_and(begins_as_number);
+            let unit = if is_number && is_meant_as_one { how_numbers_are_written(path) } else { "".into() };
+            Some((format!("{} is not accepted", entry.written), format!("{}{unit}", key.kind)))
         }
-        (Written::Whole(value), Kind::Count(low, high))
-            if u64::try_from(*value).is_ok_and(|count| (low..=high).contains(&count)) =>
-        {
-            Some(toml::Value::Integer(*value))
-        }
-        (Written::Number(value), Kind::Count(low, high)) => whole(*value)
-            .filter(|count| (low..=high).contains(count))
-            .and_then(|count| i64::try_from(count).ok())
-            .map(toml::Value::Integer),
-        (Written::Text(word), Kind::Word(words)) if words.contains(&word.as_str()) => {
-            Some(toml::Value::String(word.clone()))
-        }
-        (Written::Flag(flag), Kind::Flag) => Some(toml::Value::Boolean(*flag)),
-        (Written::Numbers(values), Kind::Numbers(..))
-            if values.iter().all(|value| key.kind.accepts_number(*value)) =>
-        {
-            Some(toml::Value::Array(values.iter().copied().map(toml::Value::Float).collect()))
-        }
-        (Written::Text(text), Kind::Text(most)) if !text.contains(['\n', '\r']) && text.len() <= most => {
-            Some(toml::Value::String(text.clone()))
-        }
-        _ => None,
     };
-    let mut refuse = |problem: String, accepted: String| {
-        errors.push(ScenarioError {
-            place: Some(entry.place.clone()),
-            key: Some(path.to_owned()),
-            problem,
-            accepted: Some(accepted),
-        });
-    };
-    if good.is_none() {
-        let unit = match &entry.value {
-            Written::Text(text) if is_number(key.kind) && begins_as_number(text) => {
-                how_numbers_are_written(path)
-            }
-            _ => String::new(),
-        };
-        let value = match &entry.value {
-            Written::Text(text) if text.len() > LONGEST_NAME_BYTES => {
-                format!("a text of {} bytes", text.len())
-            }
-            value => value.to_string(),
-        };
-        refuse(format!("{value} is not accepted"), format!("{}{unit}", key.kind));
-    }
-    let extreme = match &entry.value {
-        _ if good.is_none() || !is_number(key.kind) => None,
-        Written::Number(value) => unusable(key.kind, *value),
-        Written::Whole(value) => unusable(key.kind, *value as f64),
-        Written::Numbers(values) => values.iter().find_map(|value| unusable(key.kind, *value)),
-        _ => None,
-    };
-    if let Some((problem, accepted)) = extreme {
-        refuse(problem, accepted);
-        return None;
-    }
-    good
+    let Some((problem, accepted)) = refused else { return good };
+    errors.push(entry.error(path, problem, accepted));
+    None
 }
 
 /// Why a number cannot be one of a key, and what is accepted.
@@ -180,19 +128,15 @@ fn how_numbers_are_written(path: &str) -> String {
     }
 }
 
-fn is_number(kind: Kind) -> bool {
-    matches!(kind, Kind::Number(..) | Kind::Numbers(..))
-}
-
 /// Inserts a value under a dotted key.
-pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
+pub(crate) fn insert(table: &mut toml::Table, path: &str, value: Value) {
     match path.split_once('.') {
         None => {
             table.insert(path.to_owned(), value);
         }
         Some((section, rest)) => {
             let inner =
-                table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new())).as_table_mut();
+                table.entry(section).or_insert_with(|| Value::Table(toml::Table::new())).as_table_mut();
             insert(inner.expect("no key is both a value and a section"), rest, value);
         }
     }
@@ -215,7 +159,7 @@ mod tests {
             "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
         );
         let table = fill_in(&entries.entries().unwrap(), &mut Vec::new());
-        for key in KEYS {
+        for key in KEYS.iter() {
             let mut without = toml::Value::Table(table.clone());
             let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
             let inner = if section.is_empty() { Some(&mut without) } else { without.get_mut(section) };
@@ -225,7 +169,7 @@ mod tests {
         let full: Scenario = toml::Value::Table(table).try_into().unwrap();
         let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
         assert!(
-            window.as_table().unwrap().keys().all(|key| Window::KEYS.iter().any(|known| known.path == key))
+            window.as_table().unwrap().keys().all(|key| Window::keys().iter().any(|known| known.path == key))
         );
     }
 }

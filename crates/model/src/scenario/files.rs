@@ -10,7 +10,7 @@ use std::path::Path;
 use crate::scenario::Scenario;
 use crate::scenario::defaults::unusable;
 use crate::scenario::keys::KEYS;
-use crate::scenario::source::{Entries, LayerKind, ScenarioError, ScenarioErrors};
+use crate::scenario::source::{LayerKind, Refusals, ScenarioError, ScenarioErrors};
 use crate::scenario::text;
 
 /// Opens the files that a scenario names.
@@ -65,14 +65,7 @@ impl ScenarioErrors {
     }
 }
 
-/// Fills in values from files, for a scenario as written.
-pub(crate) struct Reading<'a> {
-    pub(crate) entries: &'a Entries,
-    pub(crate) files: Option<&'a dyn Files>,
-    pub(crate) errors: &'a mut Vec<ScenarioError>,
-}
-
-impl Reading<'_> {
+impl Refusals<'_> {
     /// What opens the file that a key names.
     ///
     /// # Errors
@@ -80,11 +73,7 @@ impl Reading<'_> {
     pub(crate) fn files(&self, key: &str, name: &str) -> Result<&dyn Files, ScenarioError> {
         let is_logged = self.entries.values.get(key).is_none_or(|entry| entry.layer == LayerKind::Log);
         let problem = || format!("{name:?} is named, and its values are missing");
-        self.files.filter(|_| !is_logged).ok_or_else(|| self.error(key, problem(), VALUES.to_owned()))
-    }
-
-    pub(crate) fn error(&self, key: &str, problem: String, accepted: String) -> ScenarioError {
-        self.entries.error(key, problem, accepted)
+        self.files.filter(|_| !is_logged).ok_or_else(|| self.entries.error(key, problem(), VALUES))
     }
 
     /// Reads the lists of a file that a key names, each a value of a key as if it were written there, unless one of
@@ -105,7 +94,7 @@ impl Reading<'_> {
             let text = text.map_err(|error| format!("{name}: {error}"));
             let read = text
                 .and_then(|text| parse(&text).map_err(|(line, problem)| format!("{name}:{line}: {problem}")));
-            read.map_err(|problem| self.error(key, problem, accepted))
+            read.map_err(|problem| self.entries.error(key, problem, accepted))
         });
         match read {
             Ok(read) => {
@@ -115,7 +104,7 @@ impl Reading<'_> {
                         read.iter().enumerate().find_map(|(n, value)| Some((n, unusable(kind, *value)?)));
                     if let Some((n, (problem, accepted))) = wrong {
                         let problem = format!("{name}: {list}, number {}: {problem}", n + 1);
-                        self.errors.push(self.error(key, problem, accepted));
+                        self.refuse(key, problem, accepted);
                     }
                     *values = read;
                 }

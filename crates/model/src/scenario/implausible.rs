@@ -3,10 +3,12 @@
 
 use std::ops::RangeInclusive;
 
+use toml::Value;
+
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{KEYS, Value};
+use crate::scenario::keys::KEYS;
 use crate::scenario::text::short;
 use crate::theory::preview::Preview;
 
@@ -28,7 +30,7 @@ type Slot = (&'static str, fn(&mut Scenario) -> &mut f64, &'static [(&'static st
 
 const LENGTHS: &[(&str, f64)] = &[("mm", 1e-3), ("um", 1e-6)];
 
-const SLOTS: [Slot; 7] = [
+static SLOTS: [Slot; 7] = [
     ("slider.length_m", |scenario| &mut scenario.slider.length_m, LENGTHS),
     ("slider.width_m", |scenario| &mut scenario.slider.width_m, LENGTHS),
     ("slider.height_m", |scenario| &mut scenario.slider.height_m, LENGTHS),
@@ -53,7 +55,7 @@ const TOGETHER: usize = 3;
 pub(crate) fn no_solid(scenario: &Scenario) -> Option<String> {
     let outside = outside(scenario);
     let (key, value, _) = outside.first()?;
-    let Meant { written, question } = meant(scenario).unwrap_or_else(|| Meant::nothing(key, *value));
+    let (written, question) = meant(scenario, key, *value);
     let words: Vec<&str> = outside.iter().map(|(.., words)| words.as_str()).collect();
     Some(format!("{written}: {}{question}", words.join("; ")))
 }
@@ -75,15 +77,14 @@ pub(crate) fn no_slip(scenario: &Scenario, preview: &Preview) -> Option<String> 
         (Some(time_s), None) => format!("{limit} is reached at {} s", short(time_s)),
         (None, _) => format!("{limit} is never reached"),
     };
-    let to_blame = match preview.first_slip_s {
+    let (key, value) = match preview.first_slip_s {
         Some(_) => ("time.duration_s", scenario.time.duration_s),
         None if drive.hold_from_s > 0.0 => ("drive.hold_from_s", drive.hold_from_s),
         None if drive.until_load_ratio > 0.0 => ("drive.until_load_ratio", drive.until_load_ratio),
         None if drive.fastest_m_per_s() == 0.0 => ("drive.velocity_m_per_s", drive.velocity_m_per_s),
         None => ("drive.stiffness_n_per_m", drive.stiffness_n_per_m),
     };
-    let Meant { written, question } =
-        meant(scenario).unwrap_or_else(|| Meant::nothing(to_blame.0, to_blame.1));
+    let (written, question) = meant(scenario, key, value);
     let duration = short(scenario.time.duration_s);
     Some(format!("{written}: nothing slips within {duration} s: {when}{question}"))
 }
@@ -123,28 +124,15 @@ fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
     .collect()
 }
 
-/// A value in a unit of its own.
-struct Meant {
-    /// Key and value as they are written.
-    written: String,
-    /// The value that was probably meant, as the end of a sentence.
-    question: String,
-}
-
-impl Meant {
-    /// That a value was meant as it is written.
-    fn nothing(key: &str, value: f64) -> Meant {
-        Meant { written: format!("{key} = {}", short(value)), question: String::new() }
-    }
-}
-
-/// The value that was probably written in another unit: converted, it is closest to its default among the
-/// candidates that leave no warning.
-fn meant(scenario: &Scenario) -> Option<Meant> {
+/// Values as they are written, and those that were probably meant, as the end of a sentence: the ones of the key that is
+/// to blame, and nothing, unless others were probably written in another unit. Converted, these are closest to their
+/// defaults among the candidates that leave no warning.
+fn meant(scenario: &Scenario, to_blame: &str, value: f64) -> (String, String) {
     let is_good = |other: &Scenario| outside(other).is_empty() && slips(other, &other.preview());
-    let read = |slots: &[Slot], unit: usize| {
+    let read = |slots: &'static [Slot], unit: usize| {
         let mut other = scenario.clone();
         let mut distance: f64 = 0.0;
+        let (mut before, mut after) = (Vec::new(), Vec::new());
         for (key, value, units) in slots {
             let default = default_of(key, scenario.parameter_set == ParameterSet::AsCoded);
             let value = value(&mut other);
@@ -152,38 +140,28 @@ fn meant(scenario: &Scenario) -> Option<Meant> {
             if far(*value) < FAR {
                 return None;
             }
+            before.push(short(*value));
             *value *= units.get(unit)?.1;
+            after.push(short(*value));
             distance = distance.max(far(*value));
         }
-        (distance < FAR).then_some((distance, other))
+        let (keys, unit) = (slots.iter().map(|(key, ..)| *key).collect::<Vec<_>>(), slots[0].2[unit].0);
+        let [keys, before, after] = [keys.join(", "), before.join(", "), after.join(", ")];
+        let question = format!("; was {after} meant, that is {before} {unit}?");
+        (distance < FAR).then_some((distance, other, (format!("{keys} = {before}"), question)))
     };
-    let singles = SLOTS.iter().map(std::slice::from_ref);
-    let mut candidates: Vec<(f64, &[Slot], usize, Scenario)> = singles
-        .chain([&SLOTS[..TOGETHER]])
-        .flat_map(|slots| (0..slots[0].2.len()).map(move |unit| (slots, unit)))
-        .filter_map(|(slots, unit)| read(slots, unit).map(|(distance, other)| (distance, slots, unit, other)))
-        .collect();
+    let groups = SLOTS.iter().map(std::slice::from_ref).chain([&SLOTS[..TOGETHER]]);
+    let mut candidates: Vec<_> =
+        groups.flat_map(|slots| (0..slots[0].2.len()).filter_map(move |unit| read(slots, unit))).collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (_, slots, unit, mut other) = candidates.into_iter().find(|(.., other)| is_good(other))?;
-    let mut same = scenario.clone();
-    let values =
-        |of: &mut Scenario| -> Vec<String> { slots.iter().map(|(_, value, _)| short(*value(of))).collect() };
-    let (before, after) = (values(&mut same), values(&mut other));
-    let keys: Vec<&str> = slots.iter().map(|(key, ..)| *key).collect();
-    let unit = slots[0].2[unit].0;
-    Some(Meant {
-        written: format!("{} = {}", keys.join(", "), before.join(", ")),
-        question: format!("; was {} meant, that is {} {unit}?", after.join(", "), before.join(", ")),
-    })
+    let found = candidates.into_iter().find(|(_, other, _)| is_good(other));
+    found.map_or_else(|| (format!("{to_blame} = {}", short(value)), String::new()), |(.., words)| words)
 }
 
 /// The default of a key whose value is a number, in the set as-coded or in the other one.
 fn default_of(path: &str, as_coded: bool) -> f64 {
     let key = KEYS.iter().find(|key| key.path == path).expect("the key is in the table");
-    match key.default_in(as_coded) {
-        Some(Value::Number(value)) => value,
-        _ => unreachable!("the key has a number as its default"),
-    }
+    key.default_in(as_coded).and_then(Value::as_float).expect("its default is a number")
 }
 
 #[cfg(test)]

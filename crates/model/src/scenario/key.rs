@@ -1,11 +1,14 @@
 //! What a key of a scenario is: its type, its range, its default.
 
-use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
+use std::ops::Bound::{self, Excluded, Included, Unbounded};
+use std::ops::RangeBounds;
 
-use self::Default::{BySet, Is};
+use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
+use toml::Value;
+
 use crate::law::laws::FrictionLaw;
 use crate::scenario::choices::DriveKind;
-use Bound::{Excluding, Including, Open};
+use crate::scenario::typed::whole;
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
 /// Most nodes upwards, and most across the sliding direction.
@@ -16,16 +19,13 @@ pub const AS_CODED: &str = "as-coded";
 /// The word of `parameter_set` for the values of the thesis' text, the default.
 pub const AS_STATED: &str = "as-stated";
 
-/// The words of `parameter_set`, in the order of [`Default::BySet`].
-pub const PARAMETER_SETS: &[&str] = &[AS_CODED, AS_STATED];
-
 /// Above 0.
-pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
+pub(crate) const POSITIVE: Kind = Number(Excluded(0.0), Unbounded);
 /// 0 or above.
-pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+pub(crate) const NOT_NEGATIVE: Kind = Number(Included(0.0), Unbounded);
 
 /// One key of a scenario.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Key {
     /// Dotted path, as in `slider.length_m`.
     pub path: &'static str,
@@ -35,8 +35,9 @@ pub struct Key {
     pub doc: &'static str,
     /// Type and accepted range.
     pub kind: Kind,
-    /// The default value.
-    pub default: Default,
+    /// Its defaults in the sets as-coded and as-stated; `None` if it must be written (only inside
+    /// `[[recording.window]]`).
+    pub defaults: Option<[Value; 2]>,
     /// What it needs to have another value than its default, each with the reason.
     pub needs: &'static [(Need, &'static str)],
 }
@@ -66,7 +67,7 @@ pub enum Need {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A finite number within bounds.
-    Number(Bound, Bound),
+    Number(Bound<f64>, Bound<f64>),
     /// A whole number from the first to the second, both included.
     Count(u64, u64),
     /// One of these words.
@@ -76,77 +77,23 @@ pub enum Kind {
     /// Any text on one line, of at most this number of bytes.
     Text(usize),
     /// A list of finite numbers within bounds, empty or of a length defined elsewhere.
-    Numbers(Bound, Bound),
-}
-
-/// One end of a range of numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bound {
-    /// No bound on this side; the value must be finite all the same.
-    Open,
-    /// The bound itself is accepted.
-    Including(f64),
-    /// The bound itself is refused.
-    Excluding(f64),
-}
-
-/// The default of a key.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Default {
-    /// One value for both parameter sets.
-    Is(Value),
-    /// The values of the thesis' program, and those of its text.
-    BySet {
-        /// In the set `as-coded`.
-        as_coded: Value,
-        /// In the set `as-stated`.
-        as_stated: Value,
-    },
-    /// Must be written (only inside `[[recording.window]]`).
-    Required,
-}
-
-/// A default value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Of a [`Kind::Number`].
-    Number(f64),
-    /// Of a [`Kind::Count`].
-    Count(u64),
-    /// Of a [`Kind::Word`] or [`Kind::Text`].
-    Text(&'static str),
-    /// Of a [`Kind::Flag`].
-    Flag(bool),
-    /// Of a [`Kind::Numbers`]: the empty list.
-    NoNumbers,
+    Numbers(Bound<f64>, Bound<f64>),
 }
 
 impl Key {
     /// Its value in the tables of a scenario.
-    pub(crate) fn value_in<'a>(&self, scenario: &'a toml::Value) -> Option<&'a toml::Value> {
+    pub(crate) fn value_in<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
         self.path.split('.').try_fold(scenario, |value, part| value.get(part))
     }
 
     /// The default in the given parameter set (`true` for as-coded), if any.
-    pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
-        match self.default {
-            Is(value) => Some(value),
-            BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
-            Default::Required => None,
-        }
+    pub fn default_in(&self, as_coded_set: bool) -> Option<&Value> {
+        self.defaults.as_ref().map(|[as_coded, as_stated]| if as_coded_set { as_coded } else { as_stated })
     }
-}
 
-impl Value {
-    /// As a value of TOML.
-    pub(crate) fn to_toml(self) -> toml::Value {
-        match self {
-            Value::Number(value) => toml::Value::Float(value),
-            Value::Count(value) => toml::Value::Integer(value as i64),
-            Value::Text(text) => toml::Value::String(text.to_owned()),
-            Value::Flag(flag) => toml::Value::Boolean(flag),
-            Value::NoNumbers => toml::Value::Array(Vec::new()),
-        }
+    /// Whether its default depends on the parameter set.
+    pub(crate) fn follows_set(&self) -> bool {
+        self.defaults.as_ref().is_some_and(|[as_coded, as_stated]| as_coded != as_stated)
     }
 }
 
@@ -154,27 +101,41 @@ impl Kind {
     /// Whether a finite number is in range; false for kinds that are not numeric.
     pub fn accepts_number(&self, value: f64) -> bool {
         match self {
-            Number(low, high) | Numbers(low, high) => {
-                value.is_finite()
-                    && match *low {
-                        Open => true,
-                        Including(bound) => value >= bound,
-                        Excluding(bound) => value > bound,
-                    }
-                    && match *high {
-                        Open => true,
-                        Including(bound) => value <= bound,
-                        Excluding(bound) => value < bound,
-                    }
-            }
+            Number(low, high) | Numbers(low, high) => value.is_finite() && (*low, *high).contains(&value),
             _ => false,
+        }
+    }
+
+    /// A value as its key has it; `None` if it is not accepted.
+    pub(crate) fn converted(&self, value: &Value) -> Option<Value> {
+        let any_number = |value: &Value| match value {
+            Value::Integer(number) => Some(*number as f64),
+            value => value.as_float(),
+        };
+        let number = |value: &Value| any_number(value).filter(|number| self.accepts_number(*number));
+        match *self {
+            Number(..) => number(value).map(Value::Float),
+            Numbers(..) => {
+                let numbers = value.as_array()?.iter().map(|value| number(value).map(Value::Float));
+                numbers.collect::<Option<_>>().map(Value::Array)
+            }
+            Count(low, high) => {
+                let count = any_number(value).and_then(whole).filter(|count| (low..=high).contains(count));
+                count.map(|count| Value::Integer(count as i64))
+            }
+            Word(words) => value.as_str().filter(|word| words.contains(word)).map(Value::from),
+            Flag => value.as_bool().map(Value::Boolean),
+            Text(most) => {
+                let is_line = |text: &&str| !text.contains(['\n', '\r']) && text.len() <= most;
+                value.as_str().filter(is_line).map(Value::from)
+            }
         }
     }
 
     /// Whether a number is large enough to calculate with, see [`LEAST_MAGNITUDE`]. Lists of increments,
     /// block by block, may contain the rounding of a 0.
     pub(crate) fn is_usable(&self, value: f64) -> bool {
-        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Including(0.0) | Excluding(0.0)));
+        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Included(0.0) | Excluded(0.0)));
         let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };
         value == 0.0 || (least..=MOST_MAGNITUDE).contains(&value.abs())
     }
@@ -184,24 +145,20 @@ impl std::fmt::Display for Kind {
     /// The accepted values in words, for errors and comments.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Number(low, high) => match (low, high) {
-                (Open, Open) => f.write_str("any finite number"),
-                (Excluding(low), Open) => write!(f, "a number above {low}"),
-                (Including(low), Open) => write!(f, "a number from {low}"),
-                _ => {
-                    f.write_str("a number")?;
-                    match low {
-                        Including(low) => write!(f, " from {low}")?,
-                        Excluding(low) => write!(f, " above {low}")?,
-                        Open => {}
-                    }
-                    match high {
-                        Including(high) => write!(f, " to {high}"),
-                        Excluding(high) => write!(f, " below {high}"),
-                        Open => Ok(()),
-                    }
+            Number(Unbounded, Unbounded) => f.write_str("any finite number"),
+            Number(low, high) => {
+                f.write_str("a number")?;
+                match low {
+                    Included(low) => write!(f, " from {low}")?,
+                    Excluded(low) => write!(f, " above {low}")?,
+                    Unbounded => {}
                 }
-            },
+                match high {
+                    Included(high) => write!(f, " to {high}"),
+                    Excluded(high) => write!(f, " below {high}"),
+                    Unbounded => Ok(()),
+                }
+            }
             Count(low, high) => write!(f, "a whole number from {low} to {high}"),
             Word(words) => {
                 let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();

@@ -11,8 +11,7 @@ use crate::scenario::Scenario;
 use crate::scenario::defaults::insert;
 use crate::scenario::key::{Key, Need};
 use crate::scenario::keys::KEYS;
-use crate::scenario::rules::Refusals;
-use crate::scenario::source::{Entries, LayerKind, ScenarioError, Written};
+use crate::scenario::source::{LayerKind, Refusals};
 
 /// When a sliding block re-attaches.
 const REATTACH: &str = "friction.reattach";
@@ -21,25 +20,26 @@ const START: &str = "time.start";
 
 /// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
 /// values are refused in scenarios and ignored in logs.
-pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
+pub(crate) fn settle(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
+    let entries = refusals.entries;
     let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
     for key in KEYS.iter().filter(|key| law.lacks(key.path)) {
         // Where it cannot be chosen, a contact re-attaches whichever way it slid.
-        let (idle, why) = match key.path {
+        let (fixed, why) = match key.path {
             REATTACH => (
                 Value::String("two-way".to_owned()),
                 "its contacts stop whichever way they slid, if they stick",
             ),
-            _ => (key.default_in(true).expect("keys of laws have defaults").to_toml(), ""),
+            _ => (key.default_in(true).expect("keys of laws have defaults").clone(), ""),
         };
         let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
         let is_written = entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log);
-        if is_written && table[section][name] != idle {
+        if is_written && table[section][name] != fixed {
             let (of, laws) =
                 among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(key.path)));
-            Refusals { entries, errors }.refuse_without_meaning(key, &idle, &of, why, &laws);
+            refusals.refuse_without_meaning(key, &fixed, &of, why, &laws);
         }
-        insert(table, key.path, idle);
+        insert(table, key.path, fixed);
     }
     if !law.sticks() && !entries.values.contains_key(START) {
         insert(table, START, Value::String("loaded".to_owned()));
@@ -56,13 +56,13 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> 
 pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let values = Value::try_from(scenario).expect("a scenario is plain tables, numbers and texts");
     for key in KEYS.iter().filter(|key| !key.needs.is_empty()) {
-        let default = key.default_in(true).expect("what is always needed has no needs").to_toml();
-        if key.value_in(&values).is_none_or(|value| *value == default) {
+        let default = key.default_in(true).expect("what is always needed has no needs");
+        if key.value_in(&values).is_none_or(|value| value == default) {
             continue;
         }
         for (need, why) in key.needs {
             if let Some((of, instead)) = need.unmet(scenario) {
-                refusals.refuse_without_meaning(key, &default, &of, why, &instead);
+                refusals.refuse_without_meaning(key, default, &of, why, &instead);
             }
         }
     }
@@ -71,13 +71,7 @@ pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refus
 impl Refusals<'_> {
     /// Refuses the value of a key that has no meaning for something, where it has one instead.
     fn refuse_without_meaning(&mut self, key: &Key, default: &Value, of: &str, why: &str, instead: &str) {
-        let value = match self.entries.values.get(key.path).map(|entry| &entry.value) {
-            None => "its value".to_owned(),
-            Some(Written::Numbers(values)) if values.len() > 8 => {
-                format!("a list of {} numbers", values.len())
-            }
-            Some(value) => value.to_string(),
-        };
+        let value = self.entries.values.get(key.path).map_or("its value", |entry| &entry.written);
         let default = match default {
             Value::Float(number) => number.to_string(),
             Value::Array(_) => "none".to_owned(),
@@ -157,7 +151,7 @@ mod tests {
             Kind::Numbers(..) => "[1.5]",
             Kind::Count(..) => "2",
             Kind::Word(words) => return format!("{:?}", words.last().unwrap()),
-            Kind::Flag if key.default_in(true) == Some(crate::scenario::keys::Value::Flag(true)) => "false",
+            Kind::Flag if key.default_in(true) == Some(&true.into()) => "false",
             Kind::Flag => "true",
             Kind::Text(_) => "\"no file\"",
         };

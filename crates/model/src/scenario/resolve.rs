@@ -10,12 +10,12 @@ use crate::plan::given_state;
 use crate::scenario::Scenario;
 use crate::scenario::builtin;
 use crate::scenario::defaults;
-use crate::scenario::files::{Files, Reading, Texts};
+use crate::scenario::files::{Files, Texts};
 use crate::scenario::meaning;
 use crate::scenario::profile;
 use crate::scenario::rules;
 use crate::scenario::rules::in_few_digits;
-use crate::scenario::source::{Entries, ScenarioErrors, ScenarioSource};
+use crate::scenario::source::{Entries, Refusals, ScenarioErrors, ScenarioSource};
 use crate::scenario::suggest;
 use crate::scenario::text;
 
@@ -120,7 +120,7 @@ impl Scenario {
         Scenario::resolved(source, None)
     }
 
-    /// Resolves a scenario likewise, with what opens the files that it names.
+    /// [`Scenario::resolve`], with what opens the files that it names.
     ///
     /// # Errors
     /// Everything that is wrong, each with its place.
@@ -130,29 +130,24 @@ impl Scenario {
 
     fn resolved(source: &ScenarioSource, files: Option<&dyn Files>) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
-        let mut errors = Vec::new();
-        let mut table = defaults::fill_in(&entries, &mut errors);
-        if !errors.is_empty() {
-            return Err(ScenarioErrors(errors));
-        }
-        meaning::settle(&entries, &mut table, &mut errors);
+        let mut refusals = Refusals { entries: &entries, files, errors: Vec::new() };
+        let mut table = defaults::fill_in(&entries, &mut refusals.errors);
+        refusals.none_so_far()?;
+        meaning::settle(&mut table, &mut refusals);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         scenario.round_default_times(&entries);
-        scenario.read_files(&mut Reading { entries: &entries, files, errors: &mut errors });
-        rules::check(&scenario, &entries, &mut errors);
-        if errors.is_empty() {
-            let mut reading = Reading { entries: &entries, files, errors: &mut errors };
-            given_state::read(&mut scenario, &mut reading);
-        }
-        if errors.is_empty() {
-            rules::check_start(&scenario, &entries, &mut errors);
-        }
-        if errors.is_empty() {
-            errors.extend(scenario.too_long_for_a_log(&entries));
-        }
-        if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+        scenario.read_files(&mut refusals);
+        rules::check(&scenario, &mut refusals);
+        refusals.none_so_far()?;
+        given_state::read(&mut scenario, &mut refusals);
+        refusals.none_so_far()?;
+        rules::check_start(&scenario, &mut refusals);
+        refusals.none_so_far()?;
+        refusals.errors.extend(scenario.too_long_for_a_log(&entries));
+        refusals.none_so_far()?;
+        Ok(scenario)
     }
 
     /// Rounds times that nobody wrote to whole steps, at least one, so that only what is written is refused.
@@ -174,7 +169,7 @@ impl Scenario {
     }
 
     /// Reads the lists of the files that it names.
-    fn read_files(&mut self, reading: &mut Reading<'_>) {
+    fn read_files(&mut self, reading: &mut Refusals<'_>) {
         let (blocks, contacts) = (self.slider.blocks as usize, self.slider.contacts() as usize);
         let (shear, prestress, load) = (&mut self.initial_shear, &mut self.prestress, &mut self.normal_load);
         let (friction, disorder) = (&mut self.friction, &mut self.disorder);
@@ -299,7 +294,7 @@ mod tests {
             ),
             (
                 "drive.velocity_m_per_s = nan",
-                "test.toml:1:26: drive.velocity_m_per_s: NaN is not accepted (accepted: a number from 0)",
+                "test.toml:1:26: drive.velocity_m_per_s: nan is not accepted (accepted: a number from 0)",
             ),
             (
                 "initial_shear.beta = inf",

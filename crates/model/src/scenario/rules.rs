@@ -13,9 +13,8 @@ use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::given_state;
 use crate::plan::slab;
 use crate::scenario::choices::{Distribution, DriveKind, End, Start};
-use crate::scenario::keys::WINDOW;
 use crate::scenario::meaning;
-use crate::scenario::source::{Entries, ScenarioError};
+use crate::scenario::source::Refusals;
 use crate::scenario::{Friction, Scenario};
 
 /// A refusal: the key, the problem, and what is accepted.
@@ -52,27 +51,25 @@ const RULES: &[Rule] = &[
 ];
 
 /// Checks a scenario, each of whose keys is in range, against the rules.
-pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    let before = errors.len();
-    bodies::too_large(scenario, &mut Refusals { entries, errors });
+pub(crate) fn check(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let before = refusals.errors.len();
+    bodies::too_large(scenario, refusals);
     // The rules may allocate memory for every contact.
-    if errors.len() == before {
-        RULES.iter().for_each(|rule| rule(scenario, &mut Refusals { entries, errors }));
+    if refusals.errors.len() == before {
+        RULES.iter().for_each(|rule| rule(scenario, refusals));
     }
 }
 
 /// Refuses a loaded start whose load the run never reaches. For scenarios that obey all rules.
-pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    if let Some(refused) = given_state::check(scenario) {
-        return Refusals { entries, errors }.refuse_all(vec![refused]);
+pub(crate) fn check_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if let Some((key, problem, accepted)) = given_state::check(scenario) {
+        return refusals.refuse(key, problem, accepted);
     }
-    if scenario.elastic().has_foundation() {
+    let body = scenario.elastic();
+    if body.has_foundation() {
         if let Some(problem) = slab::problem_at_rest(&Plan::without_given_state(scenario)) {
-            Refusals { entries, errors }.refuse(
-                "slider.rows",
-                problem,
-                format!("a {} that its load presses onto all of its contacts", scenario.elastic().table.name),
-            );
+            let accepted = format!("a {} that its load presses onto all of its contacts", body.table.name);
+            refusals.refuse("slider.rows", problem, accepted);
         }
         return;
     }
@@ -81,46 +78,13 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
     }
     let plan = Plan::new(scenario);
     let problem = if plan.initial.step == 0 {
-        "a block is beyond its threshold before the drive moves"
+        "\"loaded\", but a block is beyond its threshold before the drive moves"
     } else if plan.initial.step + 1 >= plan.steps {
-        "no block comes to its threshold within the run"
+        "\"loaded\", but no block comes to its threshold within the run"
     } else {
         return;
     };
-    Refusals { entries, errors }.refuse(
-        "time.start",
-        format!("\"loaded\", but {problem}"),
-        "\"at-rest\", or a drive that brings the first slip",
-    );
-}
-
-/// The errors so far, and the places of the written values.
-pub(crate) struct Refusals<'a> {
-    pub(crate) entries: &'a Entries,
-    pub(crate) errors: &'a mut Vec<ScenarioError>,
-}
-
-impl Refusals<'_> {
-    pub(crate) fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
-        self.errors.push(self.entries.error(key, problem, accepted));
-    }
-
-    fn refuse_all(&mut self, refused: Vec<Refusal>) {
-        for (key, problem, accepted) in refused {
-            self.refuse(key, problem, accepted);
-        }
-    }
-
-    /// Refuses a key of a window, counted from 0.
-    fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
-        let window = self.entries.windows.iter().flatten().nth(index);
-        self.errors.push(ScenarioError {
-            place: window.and_then(|window| window.get(key)).map(|entry| entry.place.clone()),
-            key: Some(format!("{WINDOW}.{key}")),
-            problem,
-            accepted: Some(accepted),
-        });
-    }
+    refusals.refuse("time.start", problem, "\"at-rest\", or a drive that brings the first slip");
 }
 
 /// Whether a run starts where the first block is about to detach.
@@ -180,19 +144,13 @@ fn drives_pull_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 fn one_of_two_is_zero(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let drive = &scenario.drive;
-    let (tilt, stop) = ("drive.tilt", "drive.until_load_ratio");
-    for (key, value, other, problem) in [
-        (tilt, drive.tilt, drive.decay_length_m, "the springs of a top drive either tilt or decay"),
-        (
-            stop,
-            drive.until_load_ratio,
-            drive.hold_from_s,
-            "the drive stops either at a load or at drive.hold_from_s",
-        ),
-    ] {
-        if value != 0.0 && other != 0.0 {
-            refusals.refuse(key, problem, "one of them 0");
-        }
+    if drive.tilt != 0.0 && drive.decay_length_m != 0.0 {
+        let problem = "the springs of a top drive either tilt or decay";
+        refusals.refuse("drive.tilt", problem, "one of them 0");
+    }
+    if drive.until_load_ratio != 0.0 && drive.hold_from_s != 0.0 {
+        let problem = "the drive stops either at a load or at drive.hold_from_s";
+        refusals.refuse("drive.until_load_ratio", problem, "one of them 0");
     }
 }
 
@@ -213,7 +171,9 @@ fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut
 }
 
 fn given_states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    refusals.refuse_all(given_state::refused(scenario));
+    for (key, problem, accepted) in given_state::refused(scenario) {
+        refusals.refuse(key, problem, accepted);
+    }
 }
 
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
@@ -267,20 +227,12 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
     if both.iter().all(|of| of.is_even(scenario)) || !both.iter().all(|of| fits(*of, scenario)) {
         return;
     }
-    let Friction { static_offsets, dynamic_offsets, static_spread, .. } = &scenario.friction;
     let (mu_s, mu_d) = coefficients(scenario);
     if let Some(n) = (0..blocks).find(|&n| !(0.0..=mu_s[n]).contains(&mu_d[n]) || mu_s[n].is_infinite()) {
-        let key = if !static_offsets.is_empty() {
-            "friction.static_offsets"
-        } else if !dynamic_offsets.is_empty() {
-            "friction.dynamic_offsets"
-        } else if *static_spread != 0.0 {
-            "friction.static_spread"
-        } else {
-            "friction.dynamic_spread"
-        };
+        let listed = both.iter().find(|of| !of.offsets(scenario).is_empty()).map(|of| of.offsets_key());
+        let drawn = both.iter().find(|of| of.spread(scenario) != 0.0).map(|of| of.spread_key());
         refusals.refuse(
-            key,
+            listed.or(drawn).expect("coefficients that are not even are listed or drawn"),
             format!("block {} gets mu_s = {} and mu_d = {}", n + 1, short(mu_s[n]), short(mu_d[n])),
             "0 <= mu_d <= mu_s for every block",
         );
@@ -375,26 +327,25 @@ fn loaded_starts_leave_out_nothing_but_known_motion(scenario: &Scenario, refusal
         && drive.course_s.is_empty()
         && !scenario.has_contact_courses()
         && scenario.normal_load.schedule_s.is_empty();
-    let (problem, accepted) = if scenario.slider.is_lattice() {
-        let what = scenario.elastic().table.name;
-        (
-            format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),
-            format!("\"at-rest\", or {}", scenario.slider.keys_of_a_chain()),
-        )
-    } else if scenario.initial.is_given() {
-        return;
-    } else if ramp_matters {
-        let problem = "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive \
-                       may stop at a load";
-        (problem.to_owned(), "\"at-rest\", or none of these".to_owned())
-    } else if !is_known {
-        let problem = "\"loaded\" needs interfacial springs, a constant load and a drive of constant velocity in one \
-                       direction";
-        (problem.to_owned(), "\"at-rest\"".to_owned())
-    } else {
-        return;
-    };
-    refusals.refuse("time.start", problem, accepted);
+    let mut refuse = |problem: &str, accepted: &str| refusals.refuse("time.start", problem, accepted);
+    if scenario.slider.is_lattice() {
+        let (what, chain) = (scenario.elastic().table.name, scenario.slider.keys_of_a_chain());
+        refuse(
+            &format!("\"loaded\" is where a chain follows its drive; a {what} begins at rest"),
+            &format!("\"at-rest\", or {chain}"),
+        );
+    } else if ramp_matters && !scenario.initial.is_given() {
+        refuse(
+            "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive may stop \
+             at a load",
+            "\"at-rest\", or none of these",
+        );
+    } else if !is_known && !scenario.initial.is_given() {
+        refuse(
+            "\"loaded\" needs interfacial springs, a constant load and a drive of constant velocity in one direction",
+            "\"at-rest\"",
+        );
+    }
 }
 
 /// Margin below the longest stable step, as a share of it, for the rounding of that bound.

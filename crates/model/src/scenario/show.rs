@@ -1,5 +1,7 @@
 //! Formats a scenario as TOML to read and to edit, with comments from the key table.
 
+use std::ops::Bound;
+
 use asperity_record::TimeGrid;
 use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
 
@@ -7,7 +9,7 @@ use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{self, Bound, KEYS, Key, Kind};
+use crate::scenario::keys::{KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::meaning;
 use crate::scenario::source::{Entries, ScenarioError};
@@ -29,17 +31,15 @@ impl Scenario {
         let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
         let mut out = String::new();
         let mut table = "";
-        for key in KEYS {
+        for key in KEYS.iter() {
             let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
             if section != table {
                 out.push_str(&format!("\n[{section}]\n"));
                 table = section;
             }
-            let default =
-                key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
+            let default = key.default_in(self.parameter_set == ParameterSet::AsCoded);
             let found = key.value_in(&value).expect("the key table names fields of a scenario");
-            let follows_set =
-                matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
+            let follows_set = key.follows_set() && default == Some(found);
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {
@@ -58,7 +58,7 @@ impl Scenario {
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
             let value = toml::Value::try_from(window).expect("a window is plain numbers");
-            for key in Window::KEYS {
+            for key in Window::keys() {
                 let found = value.get(key.path).expect("the key table names fields of a window");
                 comment_and_value(&mut out, key, key.path, found, None);
             }
@@ -84,10 +84,9 @@ impl Scenario {
                 }
                 _ => "likewise",
             };
-            let (spread, kind) = (of.spread_key(), Kind::Numbers(Bound::Open, Bound::Open));
-            for line in wrap(&format!("Offsets that {spread} adds to {to}, {how}. Accepted: {kind}."), 98) {
-                out.push_str(&format!("# {line}\n"));
-            }
+            let (spread, kind) = (of.spread_key(), Kind::Numbers(Bound::Unbounded, Bound::Unbounded));
+            let about = format!("Offsets that {spread} adds to {to}, {how}. Accepted: {kind}.");
+            out.push_str(&commented("# ", &about));
             let (_, name) = of.offsets_key().rsplit_once('.').expect("lists stand in sections");
             out.push_str(&format!("{start}{name} = {}\n", toml::Value::from(drawn)));
         }
@@ -128,10 +127,8 @@ impl Scenario {
         let mut out = "\n# Dense windows record chosen blocks at short intervals; there may be any number.\n\
                        # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
             .to_owned();
-        for key in Window::KEYS {
-            for line in wrap(&format!("{} Accepted: {}.", key.doc, key.kind), 96) {
-                out.push_str(&format!("#   {line}\n"));
-            }
+        for key in Window::keys() {
+            out.push_str(&commented("#   ", &format!("{} Accepted: {}.", key.doc, key.kind)));
             out.push_str(&format!("# {} = {}\n", key.path, example(key.path)));
         }
         out
@@ -151,7 +148,7 @@ impl Scenario {
             "dt_max = {longest_s:.3e} s: from there on the scheme is unstable even if no block switches. This step is \
              {share:.2e} dt_max; at most {ADVISED_SHARE} is advised{advice}."
         );
-        wrap(&text, 98).into_iter().map(|line| format!("# {line}\n")).collect()
+        commented("# ", &text)
     }
 }
 
@@ -179,9 +176,7 @@ fn comment_and_value(
     left_to: Option<&'static str>,
 ) {
     let symbol = if key.symbol.is_empty() { String::new() } else { format!("{}: ", key.symbol) };
-    for line in wrap(&format!("{symbol}{} Accepted: {}.", key.doc, key.kind), 98) {
-        out.push_str(&format!("# {line}\n"));
-    }
+    out.push_str(&commented("# ", &format!("{symbol}{} Accepted: {}.", key.doc, key.kind)));
     match left_to {
         Some(other) => {
             out.push_str(&format!("# {name} = {value}  # from {other}; uncomment to fix it\n"));
@@ -190,20 +185,21 @@ fn comment_and_value(
     }
 }
 
-fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
+/// A text as lines of at most 100 characters, each behind `start`.
+fn commented(start: &str, text: &str) -> String {
+    let mut out = String::new();
+    let mut width = usize::MAX;
     for word in text.split_whitespace() {
-        let last = lines.last_mut().expect("there is always a line");
-        if !last.is_empty() && last.len() + 1 + word.len() > width {
-            lines.push(word.to_owned());
+        width = width.saturating_add(1 + word.len());
+        if width > 100 {
+            out.push_str(&format!("\n{start}"));
+            width = start.len() + word.len();
         } else {
-            if !last.is_empty() {
-                last.push(' ');
-            }
-            last.push_str(word);
+            out.push(' ');
         }
+        out.push_str(word);
     }
-    lines
+    format!("{}\n", out.trim_start())
 }
 
 #[cfg(test)]

@@ -10,28 +10,28 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use asperity_record::bounds::check_toml;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use serde::Deserialize;
+use toml::Value;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
+use crate::scenario::files::Files;
+use crate::scenario::keys::KEYS;
 use crate::scenario::keys::WINDOW;
-use crate::scenario::keys::{Default, KEYS};
 use crate::scenario::text::Lines;
 
-/// A scenario as written: a base text and its overrides.
+/// A scenario as written: a base text and its overrides, each parsed once, however many scenarios have it as a layer.
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
-    layers: Vec<Arc<Layer>>,
+    layers: Vec<Arc<Result<Entries, ScenarioError>>>,
 }
 
-/// Parsed once, however many scenarios have it as a layer.
-#[derive(Debug)]
-struct Layer {
+/// A text while it is parsed.
+struct Layer<'a> {
     /// A file's path, `built-in default`, or `--set`.
-    origin: String,
-    text: String,
+    origin: &'a str,
+    text: &'a str,
     lines: Lines,
     kind: LayerKind,
-    entries: Result<Entries, ScenarioError>,
 }
 
 /// The origin of a layer.
@@ -48,20 +48,18 @@ pub(crate) enum LayerKind {
 impl ScenarioSource {
     /// A scenario text and the name of its source, for error messages.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        let layer = Layer::new(origin.into(), text.into(), LayerKind::Scenario);
-        ScenarioSource { layers: vec![layer] }
+        ScenarioSource { layers: vec![Layer::parsed(&origin.into(), &text.into(), LayerKind::Scenario)] }
     }
 
     /// The scenario embedded in a run log. Keys that its friction law does not use are ignored. No file that it names
     /// is opened.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        let layer = Layer::new(origin.into(), text.into(), LayerKind::Log);
-        ScenarioSource { layers: vec![layer] }
+        ScenarioSource { layers: vec![Layer::parsed(&origin.into(), &text.into(), LayerKind::Log)] }
     }
 
     /// Whether no layer names `parameter_set` although mass or damping follow from it.
     pub fn relies_on_default_set(&self) -> bool {
-        let mut by_set = KEYS.iter().filter(|key| matches!(key.default, Default::BySet { .. }));
+        let mut by_set = KEYS.iter().filter(|key| key.follows_set());
         self.entries().is_ok_and(|Entries { values, .. }| {
             !values.contains_key("parameter_set") && by_set.any(|key| !values.contains_key(key.path))
         })
@@ -70,10 +68,9 @@ impl ScenarioSource {
     /// The `parameter_set` that a layer names, as written.
     pub fn named_set(&self) -> Option<String> {
         let mut entries = self.entries().ok()?;
-        entries.values.remove("parameter_set").map(|entry| match entry.value {
-            Written::Text(word) => word,
-            other => other.to_string(),
-        })
+        let entry = entries.values.remove("parameter_set")?;
+        let word = entry.value.as_ref().and_then(Value::as_str).map(str::to_owned);
+        Some(word.unwrap_or(entry.written))
     }
 
     /// Adds an override of the form `key=value`; later overrides win. A value that is not TOML is
@@ -87,16 +84,16 @@ impl ScenarioSource {
     /// Adds an override as [`ScenarioSource::with_override`] does; errors call it `origin`.
     #[must_use]
     pub fn with_override_from(mut self, origin: String, assignment: &str) -> ScenarioSource {
-        let layer = |text: String| Layer::new(origin.clone(), text, LayerKind::Override);
-        let is_toml = |layer: &Arc<Layer>| layer.entries.is_ok();
-        let mut added = layer(assignment.to_owned());
+        let layer = |text: &str| Layer::parsed(&origin, text, LayerKind::Override);
+        let is_toml = |layer: &Arc<Result<Entries, ScenarioError>>| layer.is_ok();
+        let mut added = layer(assignment);
         if let Some((key, value)) = assignment.split_once('=').filter(|_| !is_toml(&added)) {
             let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
-            added = layer(format!("{key}={}", quoted(value)));
+            added = layer(&format!("{key}={}", quoted(value)));
             let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
             if is_word && !is_toml(&added) {
                 let with_quoted_key =
-                    [value.to_owned(), quoted(value)].map(|value| layer(format!("{}={value}", quoted(key))));
+                    [value.to_owned(), quoted(value)].map(|value| layer(&format!("{}={value}", quoted(key))));
                 added = with_quoted_key.into_iter().find(is_toml).unwrap_or(added);
             }
         }
@@ -112,7 +109,7 @@ impl ScenarioSource {
         let mut entries = Entries::default();
         let mut errors = Vec::new();
         for layer in &self.layers {
-            match &layer.entries {
+            match layer.as_ref() {
                 Ok(Entries { values, windows }) => {
                     entries.values.extend(values.clone());
                     // A layer with windows replaces the windows of all layers below.
@@ -125,24 +122,20 @@ impl ScenarioSource {
     }
 }
 
-impl Layer {
-    fn new(origin: String, text: String, kind: LayerKind) -> Arc<Layer> {
-        let entries = Ok(Entries::default());
-        let mut layer = Layer { lines: Lines::of(&text), origin, text, kind, entries };
-        layer.entries = layer.parsed();
-        Arc::new(layer)
+impl Layer<'_> {
+    fn parsed(origin: &str, text: &str, kind: LayerKind) -> Arc<Result<Entries, ScenarioError>> {
+        Arc::new(Layer { origin, text, lines: Lines::of(text), kind }.entries())
     }
 
-    fn parsed(&self) -> Result<Entries, ScenarioError> {
-        if let Err(too_long) = check_toml(&self.text) {
-            let (place, problem) = (Some(self.origin.clone()), too_long.to_string());
-            return Err(ScenarioError { place, key: None, problem, accepted: None });
-        }
-        let table = DeTable::parse(&self.text).map_err(|error| ScenarioError {
-            place: Some(self.place(error.span().unwrap_or(0..0))),
-            key: None,
-            problem: format!("not TOML: {}", error.message()),
-            accepted: self.is_override().then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
+    fn entries(&self) -> Result<Entries, ScenarioError> {
+        let error =
+            |place, problem, accepted| ScenarioError { place: Some(place), key: None, problem, accepted };
+        check_toml(self.text)
+            .map_err(|too_long| error(self.origin.to_owned(), too_long.to_string(), None))?;
+        let table = DeTable::parse(self.text).map_err(|wrong| {
+            let accepted = "KEY=VALUE, as in --set time.duration_s=0.1".to_owned();
+            let place = self.place(wrong.span().unwrap_or(0..0));
+            error(place, format!("not TOML: {}", wrong.message()), self.is_override().then_some(accepted))
         })?;
         let mut entries = Entries::default();
         collect(self, "", table.get_ref(), &mut entries);
@@ -155,41 +148,36 @@ impl Layer {
 
     fn place(&self, span: Range<usize>) -> String {
         if self.is_override() {
-            return self.origin.clone();
+            return self.origin.to_owned();
         }
-        format!("{}:{}", self.origin, self.lines.place(&self.text, span.start))
+        format!("{}:{}", self.origin, self.lines.place(self.text, span.start))
     }
 }
 
 /// A value and where it was written.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
-    pub(crate) value: Written,
+    /// `None` of a whole number that no program holds.
+    pub(crate) value: Option<Value>,
+    /// The value as it was written, in short.
+    pub(crate) written: String,
     pub(crate) place: String,
     pub(crate) layer: LayerKind,
 }
 
-/// A value as written, before it is checked against its key.
-#[derive(Debug, Clone)]
-pub(crate) enum Written {
-    Number(f64),
-    Whole(i64),
-    Text(String),
-    Flag(bool),
-    Numbers(Vec<f64>),
-    /// A value of a type that no key accepts, as TOML text.
-    Other(String),
-}
-
-impl fmt::Display for Written {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Written::Number(value) => write!(f, "{value}"),
-            Written::Whole(value) => write!(f, "{value}"),
-            Written::Text(value) => write!(f, "{value:?}"),
-            Written::Flag(value) => write!(f, "{value}"),
-            Written::Numbers(values) => write!(f, "{values:?}"),
-            Written::Other(text) => f.write_str(text),
+impl Entry {
+    /// An error in the value, of a key of this path.
+    pub(crate) fn error(
+        &self,
+        path: impl Into<String>,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) -> ScenarioError {
+        ScenarioError {
+            place: Some(self.place.clone()),
+            key: Some(path.into()),
+            problem: problem.into(),
+            accepted: Some(accepted.into()),
         }
     }
 }
@@ -203,11 +191,6 @@ pub(crate) struct Entries {
 }
 
 impl Entries {
-    /// The place at which a key was written, if any.
-    pub(crate) fn place(&self, key: &str) -> Option<String> {
-        self.values.get(key).map(|entry| entry.place.clone())
-    }
-
     /// An error in the value of a key.
     pub(crate) fn error(
         &self,
@@ -215,12 +198,9 @@ impl Entries {
         problem: impl Into<String>,
         accepted: impl Into<String>,
     ) -> ScenarioError {
-        ScenarioError {
-            place: self.place(key),
-            key: Some(key.to_owned()),
-            problem: problem.into(),
-            accepted: Some(accepted.into()),
-        }
+        let place = self.values.get(key).map(|entry| entry.place.clone());
+        let (problem, accepted) = (problem.into(), Some(accepted.into()));
+        ScenarioError { place, key: Some(key.to_owned()), problem, accepted }
     }
 
     /// Whether a key was written for this run alone, and another one was not.
@@ -231,7 +211,38 @@ impl Entries {
     }
 }
 
-fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entries) {
+/// A scenario as written, what opens its files, and the errors found so far.
+pub(crate) struct Refusals<'a> {
+    pub(crate) entries: &'a Entries,
+    pub(crate) files: Option<&'a dyn Files>,
+    pub(crate) errors: Vec<ScenarioError>,
+}
+
+impl Refusals<'_> {
+    /// Refuses the value of a key.
+    pub(crate) fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
+        self.errors.push(self.entries.error(key, problem, accepted));
+    }
+
+    /// Refuses a key of a window, counted from 0.
+    pub(crate) fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
+        let window = self.entries.windows.iter().flatten().nth(index);
+        self.errors.push(ScenarioError {
+            place: window.and_then(|window| window.get(key)).map(|entry| entry.place.clone()),
+            key: Some(format!("{WINDOW}.{key}")),
+            problem,
+            accepted: Some(accepted),
+        });
+    }
+
+    /// Goes on if nothing has been refused so far.
+    pub(crate) fn none_so_far(&mut self) -> Result<(), ScenarioErrors> {
+        let errors = std::mem::take(&mut self.errors);
+        if errors.is_empty() { Ok(()) } else { Err(ScenarioErrors(errors)) }
+    }
+}
+
+fn collect(layer: &Layer<'_>, prefix: &str, table: &DeTable<'_>, entries: &mut Entries) {
     for (key, value) in table {
         let path =
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
@@ -250,34 +261,25 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
                 entries.windows = Some(windows.collect());
             }
             _ => {
-                let place = layer.place(value.span());
-                let entry = Entry { value: read(layer, value), place, layer: layer.kind };
+                let (place, written) = (layer.place(value.span()), in_short(&layer.text[value.span()]));
+                let value = Value::deserialize(ValueDeserializer::from(value.clone())).ok();
+                let entry = Entry { value, written, place, layer: layer.kind };
                 entries.values.insert(path, entry);
             }
         }
     }
 }
 
-fn read(layer: &Layer, value: &Spanned<DeValue<'_>>) -> Written {
-    let text = || layer.text[value.span()].to_owned();
-    match value.get_ref() {
-        DeValue::String(text) => Written::Text(text.to_string()),
-        DeValue::Boolean(flag) => Written::Flag(*flag),
-        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
-            .map_or_else(|_| Written::Other(text()), Written::Whole),
-        DeValue::Float(digits) => {
-            digits.as_str().parse().map_or_else(|_| Written::Other(text()), Written::Number)
-        }
-        DeValue::Array(values) => {
-            let numbers = values.iter().map(|value| match read(layer, value) {
-                Written::Number(value) => Some(value),
-                Written::Whole(value) => Some(value as f64),
-                _ => None,
-            });
-            numbers.collect::<Option<_>>().map_or_else(|| Written::Other(text()), Written::Numbers)
-        }
-        _ => Written::Other(text()),
+/// Most bytes of a value that messages show.
+const MOST_SHOWN: usize = 100;
+
+/// A value as it was written, on one line.
+fn in_short(written: &str) -> String {
+    let shown = written.split_whitespace().collect::<Vec<_>>().join(" ");
+    if shown.len() <= MOST_SHOWN {
+        return shown;
     }
+    format!("{}... ({} bytes)", &shown[..shown.floor_char_boundary(MOST_SHOWN)], written.len())
 }
 
 /// One thing wrong with a scenario.
@@ -315,13 +317,8 @@ pub struct ScenarioErrors(pub Vec<ScenarioError>);
 
 impl fmt::Display for ScenarioErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, error) in self.0.iter().enumerate() {
-            if index > 0 {
-                f.write_str("\n")?;
-            }
-            write!(f, "{error}")?;
-        }
-        Ok(())
+        let lines: Vec<String> = self.0.iter().map(ScenarioError::to_string).collect();
+        f.write_str(&lines.join("\n"))
     }
 }
 

@@ -121,7 +121,7 @@ pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// `; did you mean ...?` of the scenario keys that may be meant; empty if none is close enough.
 pub fn key_suggestion(written: &str) -> String {
-    did_you_mean(&keys(written, KEYS))
+    did_you_mean(&keys(written, &KEYS))
 }
 
 /// `; did you mean ...? (accepted: ...)` for a name that is not among those known. For a long list, gives
@@ -219,16 +219,16 @@ mod tests {
             ("", ""),
             ("slider.", ""),
         ] {
-            assert_eq!(keys(written, KEYS).join(" "), meant, "{written:?}");
+            assert_eq!(keys(written, &KEYS).join(" "), meant, "{written:?}");
         }
-        assert_eq!(keys("form_s", Window::KEYS), ["from_s"]);
-        assert_eq!(keys("block", Window::KEYS), ["first_block", "last_block"]);
+        assert_eq!(keys("form_s", Window::keys()), ["from_s"]);
+        assert_eq!(keys("block", Window::keys()), ["first_block", "last_block"]);
     }
 
     #[test]
     fn every_symbol_leads_to_its_key() {
         for key in KEYS.iter().filter(|key| !key.symbol.is_empty()) {
-            assert!(keys(key.symbol, KEYS).contains(&key.path), "{}", key.symbol);
+            assert!(keys(key.symbol, &KEYS).contains(&key.path), "{}", key.symbol);
         }
     }
 
@@ -262,7 +262,7 @@ mod tests {
         ] {
             assert_eq!(names(written, known).join(" "), meant);
         }
-        assert_eq!(keys(&"tilt".repeat(1_000_000), KEYS), [""; 0]);
+        assert_eq!(keys(&"tilt".repeat(1_000_000), &KEYS), [""; 0]);
     }
 
     #[test]

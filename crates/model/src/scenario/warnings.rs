@@ -1,5 +1,7 @@
 //! Warnings about scenarios that are accepted but may surprise their users.
 
+use toml::Value;
+
 use crate::plan::Plan;
 use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
@@ -8,7 +10,7 @@ use crate::plan::slab;
 use crate::scenario::Scenario;
 use crate::scenario::choices::DriveKind;
 use crate::scenario::implausible;
-use crate::scenario::keys::{KEYS, Value};
+use crate::scenario::keys::KEYS;
 use crate::scenario::text;
 use crate::theory::preview::Preview;
 use crate::theory::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
@@ -113,7 +115,7 @@ fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = Quantity::ALL.iter().any(|quantity| quantity.spread(scenario) != 0.0);
     let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
-    let is_default = key.default_in(true) == Some(Value::Count(friction.spread_seed.into()));
+    let is_default = key.default_in(true) == Some(&Value::from(friction.spread_seed));
     (!is_default && !draws).then(|| {
         format!(
             "friction.spread_seed = {} has no effect: nothing is drawn (friction.static_spread, friction.dynamic_spread, \
@@ -215,38 +217,31 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     }
     let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
     let most = *beyond.iter().max_by(|a, b| ratio(**a).total_cmp(&ratio(**b)))?;
-    let re_attaches = scenario.friction.is_two_way() && plan.friction.interfacial_stiffness_n_per_m > 0.0;
-    let (how_far, then, again) = match beyond.len() {
-        1 => (
-            format!("{} times it", times(ratio(most))),
-            "it detaches in step 1",
-            "it re-attaches in the next one",
-        ),
-        _ => (
-            format!("at most {} times it, on block {}", times(ratio(most)), most + 1),
-            "they detach in step 1",
-            "they re-attach in the next one",
-        ),
-    };
-    let again = if re_attaches {
-        format!(", and by the two-way rule {again} at a velocity of exactly 0")
-    } else {
-        String::new()
+    let has_springs = plan.friction.interfacial_stiffness_n_per_m > 0.0;
+    let again = match has_springs && scenario.friction.is_two_way() {
+        true => ", re-attachment by the two-way rule in the next one, at a velocity of exactly 0",
+        false => "",
     };
     // With friction springs the start is in equilibrium, so velocities at a detachment are
     // rounding.
-    let sign = if plan.friction.interfacial_stiffness_n_per_m > 0.0 {
-        ". Where nothing else moves a block, its velocity is then a rounding error, whose sign decides \
-         whether sliding friction pushes it on or back in step 2"
-    } else {
-        ""
+    let sign = match has_springs {
+        true => {
+            ". Where nothing else moves a block, its velocity is then a rounding error, whose sign decides \
+             whether sliding friction pushes it on or back in step 2"
+        }
+        false => "",
     };
     let what = if plan.elastic.has_foundation() {
         format!("slider.rows: the shear of the {} at rest exceeds", plan.elastic.table.name)
     } else {
         "initial_shear and prestress exceed".to_owned()
     };
-    Some(format!("{what} static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
+    Some(format!(
+        "{what} static friction on {}, up to {} times it on block {}: detachment in step 1{again}{sign}",
+        blocks(&beyond),
+        times(ratio(most)),
+        most + 1
+    ))
 }
 
 /// Warns of junctions whose friction does not fall with velocity: in steady sliding it goes from `mu_s / 2`, at
@@ -558,7 +553,9 @@ mod tests {
         let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
         assert!(said[0].contains("block 100 takes the remainder, and starts with 3.5007 of"), "{said:?}");
         assert!(
-            said[1].contains("static friction on block 100, 10.0019 times it: it detaches in step 1"),
+            said[1].contains(
+                "static friction on block 100, up to 10.0019 times it on block 100: detachment in step 1"
+            ),
             "{said:?}"
         );
     }
@@ -566,20 +563,20 @@ mod tests {
     #[test]
     fn shear_beyond_static_friction_names_the_blocks() {
         let said = only(&["initial_shear.beta=0.77"]);
-        let expected = "initial_shear and prestress exceed static friction on blocks 1 to 5, 96 to 100, at \
-                        most 1.1000 times it, on block ";
+        let expected = "initial_shear and prestress exceed static friction on blocks 1 to 5, 96 to 100, \
+                        up to 1.1000 times it on block ";
         assert!(said.starts_with(expected), "{said}");
         assert!(
-            said.contains(": they detach in step 1. Where nothing else moves a block, its velocity"),
+            said.contains(": detachment in step 1. Where nothing else moves a block, its velocity"),
             "{said}"
         );
         let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
-        assert!(said.contains("re-attach in the next one at a velocity of exactly 0. Where"), "{said}");
+        assert!(said.contains("rule in the next one, at a velocity of exactly 0. Where"), "{said}");
         // Without friction springs a stuck block is exactly at rest.
         let said = only(&["initial_shear.beta=0.77", "friction.law=rigid"]);
-        assert!(said.ends_with(": they detach in step 1"), "{said}");
+        assert!(said.ends_with(": detachment in step 1"), "{said}");
         let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);
-        assert!(said.contains("on block 1, 1.00000000000"), "{said}");
+        assert!(said.contains("on block 1, up to 1.00000000000"), "{said}");
     }
 
     #[test]

@@ -290,25 +290,18 @@ impl LoadCurve {
             && friction.stuck_blocks.is_empty()
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0
-            && Quantity::Stiffness.is_even(scenario)
-            && Quantity::Load.is_even(scenario);
+            && Quantity::Stiffness.is_even(scenario);
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();
         let is_even_prestress = prestress.first_block_ratio == 0.0
             && prestress.rise_ratio == 0.0
             && prestress.from_blocks.is_empty()
             && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
-        let drives = scenario.drive.kind == DriveKind::Side
-            && scenario.drive.velocity_m_per_s > 0.0
-            && scenario.drive.course_s.is_empty();
-        let is_chain = scenario.has_theory();
-        if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
+        let is_from_the_side = scenario.drive.kind == DriveKind::Side && LengthLaw::is_for(scenario);
+        if !(is_from_the_side && is_plain_friction && is_unstrained && is_even_prestress && mu_d > 0.0) {
             return None;
         }
         let plan = Plan::new(scenario);
-        if plan.has_contact_courses() {
-            return None;
-        }
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
         let is_constant = [0, 1, 2].iter().all(|&step| plan.load_factor(step, hold_step) == 1.0);
         is_constant.then(|| LoadCurve {

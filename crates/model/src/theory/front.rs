@@ -168,7 +168,7 @@ impl Front {
     /// The time, over `sqrt(m / k)`, that a slow front takes from block 1 to block `blocks`; None without radiation, with
     /// a drive or dampers, and where `tau n^2` is too large: where a block would start before the one behind it.
     pub fn slow_duration(&self, blocks: usize) -> Option<f64> {
-        let takes = |j: usize| {
+        let duration = |j: usize| {
             let f = |i: usize| libm::cos(PI * (i as f64 - 0.5) / (2 * j + 1) as f64);
             let (sum, square) = (1..=j).map(f).fold((0.0, 0.0), |(sum, square), f| (sum + f, square + f * f));
             let half = libm::sin(PI / (4 * j + 2) as f64);
@@ -179,7 +179,7 @@ impl Front {
         if alpha == 0.0 || self.prestress <= 0.0 || self.top_stiffness > 0.0 || self.relative_damping > 0.0 {
             return None;
         }
-        (1..blocks).map(takes).sum::<Option<f64>>().map(|sum| alpha * sum)
+        (1..blocks).map(duration).sum::<Option<f64>>().map(|sum| alpha * sum)
     }
 
     /// The sum of all slip, in `(mu_s - mu_d) p / k`, of `blocks` blocks that rest in balance before a stuck

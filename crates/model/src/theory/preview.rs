@@ -53,7 +53,7 @@ pub struct Preview {
     /// The time at which `F_T / F_N` reaches `mu_d` if nothing slides before; `None` if it never does, and
     /// for a left-right drive, whose forces cancel in `F_T`.
     pub dynamic_load_s: Option<f64>,
-    /// The time at which it reaches `mu_s`, likewise.
+    /// The time at which it reaches `mu_s`, on the same conditions.
     pub static_load_s: Option<f64>,
     /// The largest `F_T / F_N` within the duration of the run if nothing slides; sliding lowers it. `None`
     /// for a left-right drive.
@@ -119,7 +119,7 @@ impl Preview {
         let pulls_one_way = !plan.drive.pulls_both_ways();
         let reaches = |ratio: f64| {
             let limit = Linear { per_factor: ratio * plan.total_normal_load_n, ..Linear::default() };
-            let step = first_step(&stretches, stuck.driving_n, limit);
+            let step = first_step(&stretches, |stretch| stretch.steps_to(stuck.driving_n, limit));
             step.filter(|_| pulls_one_way).map(time_s)
         };
         Preview {
@@ -142,11 +142,10 @@ struct Linear {
     per_m: f64,
 }
 
-impl std::ops::Neg for Linear {
-    type Output = Linear;
-
-    fn neg(self) -> Linear {
-        Linear { fixed_n: -self.fixed_n, per_factor: -self.per_factor, per_m: -self.per_m }
+impl Linear {
+    /// The force times a number.
+    fn times(self, by: f64) -> Linear {
+        Linear { fixed_n: self.fixed_n * by, per_factor: self.per_factor * by, per_m: self.per_m * by }
     }
 }
 
@@ -172,6 +171,32 @@ impl Stretch {
 
     fn change_n_per_step(&self, force: Linear) -> f64 {
         force.per_factor * self.factor_per_step + force.per_m * self.point_m_per_step
+    }
+
+    /// After how many of its steps, or others, a force reaches a limit.
+    fn steps_to(&self, force: Linear, limit: Linear) -> Option<f64> {
+        let gap_n = self.value_n(limit, 0.0) - self.value_n(force, 0.0);
+        let closing_n = self.change_n_per_step(force) - self.change_n_per_step(limit);
+        if gap_n <= 0.0 { Some(0.0) } else { (closing_n > 0.0).then(|| gap_n / closing_n) }
+    }
+
+    /// After how many of its steps, or others, the magnitude of a force, given by its components, reaches a limit.
+    fn steps_to_size(&self, force: [Linear; 2], limit: Linear) -> Option<f64> {
+        let start = force.map(|force| self.value_n(force, 0.0));
+        let change = force.map(|force| self.change_n_per_step(force));
+        let (limit_n, limit_change_n) = (self.value_n(limit, 0.0), self.change_n_per_step(limit));
+        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        // By how much the square of the magnitude is short: `gap - 2 half_rate s - curve s^2` after `s` steps.
+        let gap = limit_n * limit_n - product(start, start);
+        let half_rate = product(start, change) - limit_n * limit_change_n;
+        let curve = product(change, change) - limit_change_n * limit_change_n;
+        if gap <= 0.0 {
+            return Some(0.0);
+        }
+        // The first positive root, in the form without cancellation. Without any, the magnitude stays below.
+        let square = half_rate * half_rate + curve * gap;
+        let steps = gap / (half_rate + square.max(0.0).sqrt());
+        (square >= 0.0 && steps > 0.0).then_some(steps)
     }
 }
 
@@ -214,38 +239,11 @@ fn stretches(plan: &Plan, hold_step: u64) -> Vec<Stretch> {
     }
 }
 
-/// When a force first reaches a limit, in steps.
-fn first_step(stretches: &[Stretch], force: Linear, limit: Linear) -> Option<f64> {
+/// The first step, if any, that is some steps after the beginning of a stretch and within it.
+fn first_step(stretches: &[Stretch], steps_in: impl Fn(&Stretch) -> Option<f64>) -> Option<f64> {
     let step = stretches.iter().find_map(|stretch| {
-        let gap_n = stretch.value_n(limit, 0.0) - stretch.value_n(force, 0.0);
-        if gap_n <= 0.0 {
-            return Some(stretch.from_step);
-        }
-        let closing_n = stretch.change_n_per_step(force) - stretch.change_n_per_step(limit);
-        let steps = gap_n / closing_n;
-        (closing_n > 0.0 && steps <= stretch.steps).then_some(stretch.from_step + steps)
-    });
-    step.filter(|step| step.is_finite())
-}
-
-/// When the magnitude of a force, given by its components, first reaches a limit, in steps.
-fn first_step_of_size(stretches: &[Stretch], force: [Linear; 2], limit: Linear) -> Option<f64> {
-    let step = stretches.iter().find_map(|stretch| {
-        let start = force.map(|force| stretch.value_n(force, 0.0));
-        let change = force.map(|force| stretch.change_n_per_step(force));
-        let (limit_n, limit_change_n) = (stretch.value_n(limit, 0.0), stretch.change_n_per_step(limit));
-        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        // By how much the square of the magnitude is short: `gap - 2 half_rate s - curve s^2` after `s` steps.
-        let gap = limit_n * limit_n - product(start, start);
-        let half_rate = product(start, change) - limit_n * limit_change_n;
-        let curve = product(change, change) - limit_change_n * limit_change_n;
-        if gap <= 0.0 {
-            return Some(stretch.from_step);
-        }
-        // The first positive root, in the form without cancellation. Without any, the magnitude stays below.
-        let square = half_rate * half_rate + curve * gap;
-        let steps = gap / (half_rate + square.max(0.0).sqrt());
-        (square >= 0.0 && steps > 0.0 && steps <= stretch.steps).then_some(stretch.from_step + steps)
+        let steps = steps_in(stretch).filter(|steps| *steps <= stretch.steps)?;
+        Some(stretch.from_step + steps)
     });
     step.filter(|step| step.is_finite())
 }
@@ -272,12 +270,13 @@ impl StuckContact {
     /// The first step in which it reaches its static friction; infinite if there is none.
     fn first_slip(&self, stretches: &[Stretch]) -> f64 {
         let step = match self.across {
-            Some(across) => first_step_of_size(stretches, [self.along, across], self.strength),
+            Some(across) => {
+                first_step(stretches, |stretch| stretch.steps_to_size([self.along, across], self.strength))
+            }
             None => {
-                let either_way = [self.along, -self.along];
-                let steps =
-                    either_way.into_iter().filter_map(|along| first_step(stretches, along, self.strength));
-                steps.reduce(f64::min)
+                let slips = |along| first_step(stretches, |stretch| stretch.steps_to(along, self.strength));
+                let either_way = [1.0, -1.0].map(|way| slips(self.along.times(way)));
+                either_way.into_iter().flatten().reduce(f64::min)
             }
         };
         step.unwrap_or(f64::INFINITY)
@@ -355,9 +354,7 @@ impl Stuck {
                 let shear = at_start_n[n] / plan.normal_load_n[n];
                 let yields = law.yield_coefficient(n, shear, [mu_s, mu_d]) / mu_s;
                 if yields.is_finite() {
-                    strength.per_factor *= yields;
-                    strength.fixed_n *= yields;
-                    strength.per_m *= yields;
+                    *strength = strength.times(yields);
                 }
             }
         }
@@ -385,7 +382,8 @@ impl Stuck {
             None => plan.drive.hold_from_step.unwrap_or(u64::MAX),
             Some(ratio) => {
                 let limit = Linear { per_factor: ratio * plan.total_normal_load_n, ..Linear::default() };
-                let step = first_step(&stretches(plan, u64::MAX), self.driving_n, limit);
+                let until_limit = |stretch: &Stretch| stretch.steps_to(self.driving_n, limit);
+                let step = first_step(&stretches(plan, u64::MAX), until_limit);
                 // The cast saturates.
                 step.map_or(u64::MAX, |step| step.ceil().max(1.0) as u64)
             }

@@ -7,9 +7,9 @@ use crate::scenario::choices::DetachBy;
 use crate::law::{Affine, ContactLaw, Sliding, Turn, WithLaw, amontons_coulomb_n, magnitude};
 use crate::scenario::Scenario;
 
-/// The law of the thesis.
+/// The law of the thesis; `BY_SPRING` in loops over contacts that their friction springs detach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InterfacialSprings {
+pub struct InterfacialSprings<const BY_SPRING: bool = false> {
     /// Whether a contact re-attaches where its velocity changes sign or vanishes, and not at every
     /// velocity of 0 or below.
     two_way: bool,
@@ -19,7 +19,8 @@ pub struct InterfacialSprings {
     radiation_kg_per_s: f64,
 }
 
-impl ContactLaw for InterfacialSprings {
+impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
+    const DETACHES_BY_SPRING: bool = BY_SPRING;
     const KEYS: &'static [&'static str] = &[
         "friction.interfacial_stiffness_ratio",
         "disorder.stiffness_spread",
@@ -31,7 +32,7 @@ impl ContactLaw for InterfacialSprings {
         "friction.radiation_kg_per_s",
     ];
 
-    fn of(scenario: &Scenario) -> InterfacialSprings {
+    fn of(scenario: &Scenario) -> Self {
         InterfacialSprings {
             two_way: scenario.friction.is_two_way(),
             by_spring: scenario.friction.detach_by == DetachBy::Spring,
@@ -70,8 +71,11 @@ impl ContactLaw for InterfacialSprings {
     }
 
     fn with<W: WithLaw>(self, what: W) -> W::Output {
-        match (self.radiation_kg_per_s > 0.0, self.two_way) {
-            _ if self.by_spring => what.with(BySpring(self)),
+        let InterfacialSprings { two_way, by_spring, radiation_kg_per_s } = self;
+        match (radiation_kg_per_s > 0.0, two_way) {
+            _ if by_spring => {
+                what.with(InterfacialSprings::<true> { two_way, by_spring, radiation_kg_per_s })
+            }
             (true, _) => what.with(self),
             (false, true) => what.with(ByRule::<true>),
             (false, false) => what.with(ByRule::<false>),
@@ -90,7 +94,7 @@ impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
 }
 
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
-    const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
+    const KEYS: &'static [&'static str] = <InterfacialSprings>::KEYS;
 
     fn of(_: &Scenario) -> ByRule<TWO_WAY> {
         ByRule
@@ -116,42 +120,6 @@ impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
     }
 }
 
-/// The law by which the friction spring detaches a contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct BySpring(InterfacialSprings);
-
-impl ContactLaw for BySpring {
-    const DETACHES_BY_SPRING: bool = true;
-    const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
-
-    fn of(scenario: &Scenario) -> BySpring {
-        BySpring(InterfacialSprings::of(scenario))
-    }
-
-    #[inline(always)]
-    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
-        self.0.drag_n(sliding)
-    }
-
-    #[inline(always)]
-    fn re_attaches(&self, turn: &Turn) -> bool {
-        self.0.re_attaches(turn)
-    }
-
-    #[inline(always)]
-    fn turned_by(&self, turn: &Turn) -> f64 {
-        self.0.turned_by(turn)
-    }
-
-    fn affine(&self) -> Option<Affine> {
-        self.0.affine()
-    }
-
-    fn radiation_kg_per_s(&self) -> f64 {
-        self.0.radiation_kg_per_s
-    }
-}
-
 /// The law of a contact that slips along a vector.
 ///
 /// Friction opposes `w`, the velocity to which the contact would come in the step without friction, or its old
@@ -165,7 +133,7 @@ impl ContactLaw for BySpring {
 pub struct SpringsOverArea;
 
 impl ContactLaw<2> for SpringsOverArea {
-    const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
+    const KEYS: &'static [&'static str] = <InterfacialSprings>::KEYS;
 
     fn of(_: &Scenario) -> SpringsOverArea {
         SpringsOverArea
@@ -224,7 +192,7 @@ mod tests {
     /// To the bit: friction whichever way it slides, and re-attachment of what slides forwards.
     #[test]
     fn along_one_axis_the_law_over_an_area_is_the_one_way_rule() {
-        let one_way = InterfacialSprings { two_way: false, by_spring: false, radiation_kg_per_s: 0.0 };
+        let one_way: InterfacialSprings = InterfacialSprings { two_way: false, by_spring: false, radiation_kg_per_s: 0.0 };
         for n in 0..10_000 {
             let [v, tau, new_v] = [1, 2, 3].map(|seed| number(seed, n));
             // Also speeds far below those that a step changes, and rest.

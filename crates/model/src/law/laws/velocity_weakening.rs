@@ -1,7 +1,7 @@
 //! Burridge and Knopoff's law (2.4): rigid, with the sliding friction
 //! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
 
-use crate::law::laws::rigid::Silent;
+use crate::law::laws::rigid::goes_on;
 use crate::law::{ContactLaw, Sliding, Turn, kept_at_rest, resisting_n};
 use crate::scenario::Scenario;
 
@@ -37,12 +37,12 @@ impl ContactLaw for VelocityWeakening {
 
     #[inline(always)]
     fn re_attaches(&self, turn: &Turn) -> bool {
-        Silent.re_attaches(turn) | kept_at_rest(turn, self.at_rest)
+        (goes_on(turn) < 0.0) | kept_at_rest(turn, self.at_rest)
     }
 
     #[inline(always)]
     fn turned_by(&self, turn: &Turn) -> f64 {
-        Silent.turned_by(turn)
+        0.0 - goes_on(turn)
     }
 
     fn radiation_kg_per_s(&self) -> f64 {

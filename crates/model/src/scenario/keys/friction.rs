@@ -1,10 +1,11 @@
 //! The keys of friction.
 
+use std::ops::Bound::{Excluded, Included, Unbounded};
+
 use super::section::section;
 use crate::law::laws::{self, FrictionLaw};
 use crate::law::rate_and_state::Evolution;
 use crate::scenario::choices::{DetachBy, JunctionStart, Reattach};
-use crate::scenario::key::Bound::{Excluding, Including, Open};
 use crate::scenario::key::Kind::{Count, Flag, Number, Numbers, Word};
 use crate::scenario::key::Need::{Chain, OneRowAcross};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
@@ -32,11 +33,11 @@ section! {
         /// there, where the velocity has turned by a right angle or more from the direction of the slip. The laws rigid
         /// and velocity-weakening are two-way: there a block stops where its velocity changes sign, and goes on from
         /// exactly 0.
-        reattach: Reattach = "one-way"; Word(&["one-way", "two-way", "turn"]);
+        reattach: Reattach = "one-way"; Word(Reattach::WORDS);
         /// Of interfacial-springs: which force detaches a stuck block where it reaches mu_s p_n: force, the sum |tau_n|
         /// of all forces but friction (5.13); spring, that of its friction spring, |k_t (u_n - u_stick,n)|. At rest
         /// they are equal; before a front tau_n is larger. Of chains and single blocks.
-        detach_by: DetachBy = "force"; Word(&["force", "spring"]);
+        detach_by: DetachBy = "force"; Word(DetachBy::WORDS);
         needs &[(Chain, "how contacts of this body detach by their springs is not derived")];
         /// Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).
         weakening_velocity_m_per_s: f64 = 0.1; POSITIVE, "v_c";
@@ -59,11 +60,11 @@ section! {
         /// Of junctions: width of the uniform distribution of their forces at the start, over the load that each bears.
         junction_width: f64 = 0.05; NOT_NEGATIVE, "w";
         /// Of junctions: whether these forces are evenly spread or drawn.
-        junction_start: JunctionStart = "even"; Word(&["even", "drawn"]);
+        junction_start: JunctionStart = "even"; Word(JunctionStart::WORDS);
         /// Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.
         junction_seed: u32 = 1; Count(0, 4_294_967_295);
         /// Of junctions: a contact slides while at least this share of its junctions slips.
-        sliding_share: f64 = 0.5; Number(Excluding(0.0), Including(1.0));
+        sliding_share: f64 = 0.5; Number(Excluded(0.0), Included(1.0));
         /// Of rate-and-state: the rise of friction over the normal load with the logarithm of the velocity, while the
         /// state is the same.
         direct_effect: f64 = 0.01; POSITIVE, "a";
@@ -71,7 +72,7 @@ section! {
         /// friction falls with velocity where b > a.
         evolution_effect: f64 = 0.015; POSITIVE, "b";
         /// Of rate-and-state: what is added to b, block by block; empty for nothing. Every sum is above 0.
-        evolution_offsets: List = []; Numbers(Open, Open);
+        evolution_offsets: List = List::new(); Numbers(Unbounded, Unbounded);
         /// Of rate-and-state: the slip over which the state changes.
         critical_slip_m: f64 = 1e-6; POSITIVE, "D_c";
         /// Of rate-and-state: the velocity at which steady friction over the normal load is f_0.
@@ -80,14 +81,14 @@ section! {
         reference_coefficient: f64 = 0.6; POSITIVE, "f_0";
         /// Of rate-and-state, how the state theta changes: ageing, by 1 - |v| theta / D_c, at rest as well; slip, by
         /// -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone.
-        evolution: Evolution = "ageing"; Word(&["ageing", "slip"]);
+        evolution: Evolution = "ageing"; Word(Evolution::WORDS);
         /// Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, -E v
         /// among them, balance at every time; radiation_kg_per_s must be above 0 and slider.relative_damping 0, and
         /// slider.mass_kg sets only the link time of ruptures and the wave speed that front speeds are compared with.
         inertia: bool = true; Flag;
         /// Of rate-and-state with time.start = "loaded": blocks begin at the velocity V e^x in the state of steady
         /// sliding at V, the velocity of the drive, with springs that balance the friction of this start.
-        initial_kick: f64 = 0.01; Number(Including(-MOST_KICK), Including(MOST_KICK)), "x";
+        initial_kick: f64 = 0.01; Number(Included(-MOST_KICK), Included(MOST_KICK)), "x";
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
         /// where it falls below V_th / 2. Must exceed the speed of the drive at the start; 0 for 10 times the largest
         /// speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
@@ -100,11 +101,11 @@ section! {
         /// Time scale of ageing.
         ageing_time_s: f64 = 1.0; POSITIVE, "t_0";
         /// What is added to mu_s, block by block; empty for nothing.
-        static_offsets: List = []; Numbers(Open, Open);
+        static_offsets: List = List::new(); Numbers(Unbounded, Unbounded);
         /// What is added to mu_d, block by block; empty for nothing.
-        dynamic_offsets: List = []; Numbers(Open, Open);
+        dynamic_offsets: List = List::new(); Numbers(Unbounded, Unbounded);
         /// Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.
-        stuck_blocks: List = []; Numbers(Including(1.0), Open);
+        stuck_blocks: List = List::new(); Numbers(Included(1.0), Unbounded);
         /// Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard
         /// deviation, or half the distance of two values; what was drawn stands in the table drawn.
         static_spread: f64 = 0.0; NOT_NEGATIVE;

@@ -1,10 +1,11 @@
 //! The keys of time, detection and recording.
 
+use std::ops::Bound::Included;
+
 use asperity_record::MOST_BLOCKS;
 
 use super::section::section;
 use crate::scenario::choices::Start;
-use crate::scenario::key::Bound::Including;
 use crate::scenario::key::Kind::{Count, Flag, Number, Word};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
 
@@ -15,7 +16,7 @@ section! {
         /// chain follows the drive in steady motion, step by step and with the lag of its damping: without the ramp,
         /// and without the vibration that it leaves. By rate-and-state: loaded, its default, at time 0 in steady
         /// sliding (friction.initial_kick); at-rest, with relaxed springs and the same state.
-        start: Start = "at-rest"; Word(&["at-rest", "loaded"]);
+        start: Start = "at-rest"; Word(Start::WORDS);
         /// Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest
         /// stable one; beyond 0.4 of that, switches feed energy into the slider. By rate-and-state, whose solver
         /// chooses its steps, the grid to which times are rounded.
@@ -25,7 +26,7 @@ section! {
         duration_s: f64 = 5.0; POSITIVE, "T";
         /// Of rate-and-state: the relative error that the adaptive solver accepts in a step, in each unknown over its
         /// scale.
-        tolerance: f64 = 1e-7; Number(Including(1e-12), Including(1e-2));
+        tolerance: f64 = 1e-7; Number(Included(1e-12), Included(1e-2));
     }
 }
 

@@ -1,8 +1,9 @@
 //! A section of a scenario: its keys are its fields, each declared once with type, default, range, symbol and meaning.
 
-/// Declares a section: `field: type = default; kind, "symbol";`. The comment is the meaning of the key, unless one
-/// follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. What it `needs` to have
-/// another value than its default stands at the end. A `list` of tables behind the fields may be left out.
+/// Declares a section: `field: type = default; kind, "symbol";`. The comment is the meaning of the key, unless
+/// one follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. A key that came `later` is
+/// not written at its default, so that hashes of scenarios without it stay the same. What it `needs` to have another
+/// value than its default stands at the end. A `list` of tables behind the fields may be left out.
 macro_rules! section {
     (
         $(#[doc = $about:literal])+
@@ -25,14 +26,18 @@ macro_rules! section {
 
         impl $name {
             /// Its keys, in the order in which they are shown.
-            pub(crate) const KEYS: &[$crate::scenario::key::Key] = &[$($crate::scenario::key::Key {
-                path: concat!($path, stringify!($field)),
-                symbol: concat!($($symbol)?),
-                doc: $crate::scenario::keys::section::meaning!(concat!($($doc),+) $(, $meaning)?),
-                kind: $kind,
-                default: $crate::scenario::keys::section::default!($type $(, $default $(, $stated)?)?),
-                needs: $crate::scenario::keys::section::needs!($($needs)?),
-            }),+];
+            pub(crate) fn keys() -> &'static [$crate::scenario::key::Key] {
+                static KEYS: std::sync::LazyLock<Vec<$crate::scenario::key::Key>> =
+                    std::sync::LazyLock::new(|| vec![$($crate::scenario::key::Key {
+                        path: concat!($path, stringify!($field)),
+                        symbol: concat!($($symbol)?),
+                        doc: $crate::scenario::keys::section::meaning!(concat!($($doc),+) $(, $meaning)?),
+                        kind: $kind,
+                        defaults: $crate::scenario::keys::section::defaults!($($default $(, $stated)?)?),
+                        needs: const { $crate::scenario::keys::section::needs!($($needs)?) },
+                    }),+]);
+                &KEYS
+            }
         }
     };
 }
@@ -57,39 +62,17 @@ macro_rules! needs {
     };
 }
 
-/// A default as a value of the type of its field.
-macro_rules! value {
-    (f64, $value:expr) => {
-        $crate::scenario::key::Value::Number($value)
+/// The defaults of a key in the sets as-coded and as-stated, if it has any.
+macro_rules! defaults {
+    () => {
+        None
     };
-    (u32, $value:expr) => {
-        $crate::scenario::key::Value::Count($value)
+    ($value:expr) => {
+        Some([$value, $value].map(toml::Value::from))
     };
-    (bool, $value:expr) => {
-        $crate::scenario::key::Value::Flag($value)
-    };
-    (List, $value:expr) => {
-        $crate::scenario::key::Value::NoNumbers
-    };
-    ($word:ident, $value:expr) => {
-        $crate::scenario::key::Value::Text($value)
+    ($coded:expr, $stated:expr) => {
+        Some([$coded, $stated].map(toml::Value::from))
     };
 }
 
-/// The default of a key.
-macro_rules! default {
-    ($type:ident) => {
-        $crate::scenario::key::Default::Required
-    };
-    ($type:ident, $value:expr) => {
-        $crate::scenario::key::Default::Is($crate::scenario::keys::section::value!($type, $value))
-    };
-    ($type:ident, $coded:expr, $stated:expr) => {
-        $crate::scenario::key::Default::BySet {
-            as_coded: $crate::scenario::keys::section::value!($type, $coded),
-            as_stated: $crate::scenario::keys::section::value!($type, $stated),
-        }
-    };
-}
-
-pub(crate) use {default, meaning, needs, section, value};
+pub(crate) use {defaults, meaning, needs, section};

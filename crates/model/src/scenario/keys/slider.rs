@@ -2,45 +2,35 @@
 
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::LONGEST_NAME_BYTES;
+use toml::Value;
 
 use super::section::section;
 use crate::law::laws::FrictionLaw;
-use crate::scenario::choices::End;
-use crate::scenario::key::Default::Is;
+use crate::scenario::choices::{End, ParameterSet};
 use crate::scenario::key::Kind::{Count, Text, Word};
 use crate::scenario::key::Need::{Blocks, Chain, Laws};
-use crate::scenario::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, PARAMETER_SETS, POSITIVE, Value};
+use crate::scenario::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, POSITIVE};
 
-/// In the order in which they are shown.
-pub(super) const NAMES: &[Key] = &[
-    Key {
-        path: "name",
+/// The keys of the scenario itself, in the order in which they are shown.
+pub(super) fn names() -> Vec<Key> {
+    let key = |path, kind, default: &str, doc| Key {
+        path,
         symbol: "",
-        doc: "Name of the scenario; does not affect the run.",
-        kind: Text(LONGEST_NAME_BYTES),
-        default: Is(Value::Text("unnamed")),
+        doc,
+        kind,
+        defaults: Some([default, default].map(Value::from)),
         needs: &[],
-    },
-    Key {
-        path: "summary",
-        symbol: "",
-        doc: "One line on what it is for; does not affect the run.",
-        kind: Text(LONGEST_NAME_BYTES),
-        default: Is(Value::Text("")),
-        needs: &[],
-    },
-    Key {
-        path: "parameter_set",
-        symbol: "",
-        doc: "Parameter set, which gives the defaults of mass and damping: as-stated follows the text of \
-              the thesis, a slider of 0.012 kg; as-coded follows the computations of its program, a slider \
-              of 12 kg, because the units of the program were inconsistent by a factor of 1000 \
-              (docs/model.md).",
-        kind: Word(PARAMETER_SETS),
-        default: Is(Value::Text(AS_STATED)),
-        needs: &[],
-    },
-];
+    };
+    let line = Text(LONGEST_NAME_BYTES);
+    let sets = "Parameter set, which gives the defaults of mass and damping: as-stated follows the text of the thesis, a \
+                slider of 0.012 kg; as-coded follows the computations of its program, a slider of 12 kg, because the \
+                units of the program were inconsistent by a factor of 1000 (docs/model.md).";
+    vec![
+        key("name", line, "unnamed", "Name of the scenario; does not affect the run."),
+        key("summary", line, "", "One line on what it is for; does not affect the run."),
+        key("parameter_set", Word(ParameterSet::WORDS), AS_STATED, sets),
+    ]
+}
 
 const ENDS: &[(Need, &str)] = &[
     (Chain, "it is an end of a chain, and this body has sides"),
@@ -80,8 +70,8 @@ section! {
         /// and a damper eta like those between blocks; absorbing, a dashpot of the impedance sqrt(k m), which takes up
         /// long waves (docs/model.md); periodic, block N, by a spring and a damper. All are relaxed at the start. Of
         /// chains of 2 blocks or more whose blocks stick.
-        left_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]); needs ENDS;
+        left_end: End = "free"; Word(End::WORDS); needs ENDS;
         /// What block N is joined to, likewise; either both ends are periodic or neither.
-        right_end: End = "free"; Word(&["free", "clamped", "absorbing", "periodic"]); needs ENDS;
+        right_end: End = "free"; Word(End::WORDS); needs ENDS;
     }
 }

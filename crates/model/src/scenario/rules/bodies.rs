@@ -2,9 +2,9 @@
 
 use asperity_record::MOST_BLOCKS;
 
-use super::Refusals;
 use crate::plan::derive::drive_row;
 use crate::scenario::choices::{DriveKind, Reattach};
+use crate::scenario::source::Refusals;
 use crate::scenario::{Scenario, Slider};
 
 /// Most nodes of a lattice.

@@ -2,9 +2,9 @@
 
 use asperity_record::{TimeGrid, counted};
 
-use super::Refusals;
 use crate::scenario::Scenario;
 use crate::scenario::choices::{DriveKind, ScheduleFrom};
+use crate::scenario::source::Refusals;
 
 /// The times of all courses, each with its key.
 pub(super) fn times_s(scenario: &Scenario) -> [(&'static str, &[f64]); 4] {

@@ -1,9 +1,9 @@
 //! Rules of rate-and-state friction: what its start and its solver need.
 
-use super::Refusals;
 use crate::plan::derive::evolution_effects;
 use crate::scenario::Scenario;
 use crate::scenario::choices::Start;
+use crate::scenario::source::Refusals;
 
 /// The law, in refusals.
 const THE_LAW: &str = "friction.law = \"rate-and-state\"";
@@ -55,13 +55,13 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
         refusals.refuse("slider.relative_damping", problem, "0, or friction.inertia = true");
     }
     // Times, and with them the way of the drive, are known to a rounding of the whole run.
-    let way_m = drive.fastest_m_per_s() * scenario.time.duration_s;
-    let least_slip_m = f64::EPSILON * way_m;
+    let driven_m = drive.fastest_m_per_s() * scenario.time.duration_s;
+    let least_slip_m = f64::EPSILON * driven_m;
     if law.critical_slip_m < least_slip_m {
         refusals.refuse(
             "friction.critical_slip_m",
             format!(
-                "{:e} is less than the rounding of the way of the drive in {} s, {way_m:.3e} m",
+                "{:e} is less than the rounding of the way of the drive in {} s, {driven_m:.3e} m",
                 law.critical_slip_m, scenario.time.duration_s
             ),
             format!("a number from {least_slip_m:.3e}, or a shorter time.duration_s"),

@@ -104,37 +104,35 @@ fn rub_all<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
     SLIDES || is_positive(beyond)
 }
 
-/// Contacts after a step. Vectors have one array for each tangential freedom.
-pub(crate) struct MovedContacts<'a, const D: usize> {
-    pub(crate) v: [&'a [f64]; D],
-    /// Friction in the step, and whether a contact slid in it.
-    pub(crate) friction: [&'a [f64]; D],
-    pub(crate) slip: &'a [f64],
-    /// Whether any contact slid.
-    pub(crate) any_slid: bool,
-}
-
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
 kernel! {
-    /// The sum of squares of the velocities of stuck contacts, and the power of the friction of sliding
-    /// ones.
-    fn rubbed_work[const D: usize](moved: &MovedContacts<'_, D>) -> [f64; 2] {
-        match moved.any_slid {
-            true => rubbed_work_of::<D, true>(moved),
-            false => rubbed_work_of::<D, false>(moved),
+    /// The sum of squares of the velocities of stuck contacts after a step, and the power of the friction of those that
+    /// slid in it, if any did. Vectors have one array for each tangential freedom.
+    fn friction_work[const D: usize](
+        v: [&[f64]; D],
+        friction: [&[f64]; D],
+        slip: &[f64],
+        any_slid: bool,
+    ) -> [f64; 2] {
+        match any_slid {
+            true => friction_work_of::<D, true>(v, friction, slip),
+            false => friction_work_of::<D, false>(v, friction, slip),
         }
     }
 }
 
 #[inline(always)]
-fn rubbed_work_of<const D: usize, const SLID: bool>(moved: &MovedContacts<'_, D>) -> [f64; 2] {
-    let contacts = moved.slip.len();
-    let slip = &moved.slip[..contacts];
+fn friction_work_of<const D: usize, const SLID: bool>(
+    v: [&[f64]; D],
+    friction: [&[f64]; D],
+    slip: &[f64],
+) -> [f64; 2] {
+    let contacts = slip.len();
     let (mut square, mut power) = ([0.0; LANES], [0.0; LANES]);
     for axis in 0..D {
-        let (v, friction) = (&moved.v[axis][..contacts], &moved.friction[axis][..contacts]);
+        let (v, friction) = (&v[axis][..contacts], &friction[axis][..contacts]);
         let mut add = |lane: usize, n: usize| {
             if SLID {
                 let slid = slip[n] != 0.0;
@@ -163,7 +161,7 @@ mod tests {
     use asperity_model::mixed;
     use asperity_model::resolve;
 
-    use super::{MovedContacts, Rubbed};
+    use super::Rubbed;
     use crate::kernels::{self, After, by_all};
     use crate::step::law::{ContactLoops, Loops, loops};
 
@@ -218,8 +216,7 @@ mod tests {
                 outer: outer.each_mut().map(Vec::as_mut_slice),
                 friction: friction.each_mut().map(Vec::as_mut_slice),
             });
-            let moved = MovedContacts { v, friction: all(&friction), slip: &self.slip, any_slid: any_slides };
-            let works = kernels::rubbed_work(&moved);
+            let works = kernels::friction_work(v, all(&friction), &self.slip, any_slides);
             let after = After {
                 slip: &self.slip,
                 direction: v,

@@ -231,11 +231,6 @@ pub(crate) struct Term<'a> {
     first: bool,
 }
 
-/// How the previous term enters the next one: not at all, added, subtracted.
-const FIRST: i8 = 0;
-const PLUS: i8 = 1;
-const MINUS: i8 = -1;
-
 kernel! {
     /// The strains of a term.
     fn first_strains(strain: &mut [f64], u: &[f64], v: &[f64], springs: &Chain) {
@@ -253,67 +248,27 @@ kernel! {
         term: &Term<'_>,
         chain: &TermChain<'_>,
     ) {
-        match (term.first, chain.back > 0.0) {
-            (true, _) => next_term_of::<FIRST>(next_u, next_v, next_strain, guard, term, chain),
-            (_, true) => next_term_of::<PLUS>(next_u, next_v, next_strain, guard, term, chain),
-            (_, false) => next_term_of::<MINUS>(next_u, next_v, next_strain, guard, term, chain),
+        let blocks = next_u.len();
+        let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
+        let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
+        let next_here = &mut next_strain[1..][..blocks];
+        let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
+        let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
+        let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
+        let &TermChain { springs, radiation, rigid, by, stay, .. } = chain;
+        // The first term has no predecessor.
+        let (share, back) = if term.first { (0.5, 0.0) } else { (1.0, chain.back) };
+        for n in 0..blocks {
+            let stuck = sigma[n] == 0.0;
+            let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
+            let force = pull - spring[n] * u[n] - select_unpredictable(stuck, 0.0, radiation * v[n]);
+            let change = select_unpredictable(rigid & stuck, 0.0, force);
+            let new_v = share * (change + (stay * v[n] + back * before_v[n]));
+            let new_u = share * ((change + by * v[n]) + (stay * u[n] + back * before_u[n]));
+            next_v[n] = new_v;
+            next_u[n] = new_u;
+            next_here[n] = springs.strain(new_u, new_v);
+            guard[n] = select_unpredictable(stuck, pull, v[n]);
         }
-    }
-}
-
-#[inline(always)]
-fn next_term_of<const BACK: i8>(
-    u: &mut [f64],
-    v: &mut [f64],
-    strain: &mut [f64],
-    guard: &mut [f64],
-    term: &Term<'_>,
-    chain: &TermChain<'_>,
-) {
-    match (chain.rigid, chain.radiation > 0.0) {
-        (false, false) => next_term_by::<BACK, false, false>(u, v, strain, guard, term, chain),
-        (true, false) => next_term_by::<BACK, true, false>(u, v, strain, guard, term, chain),
-        (false, true) => next_term_by::<BACK, false, true>(u, v, strain, guard, term, chain),
-        (true, true) => next_term_by::<BACK, true, true>(u, v, strain, guard, term, chain),
-    }
-}
-
-#[inline(always)]
-fn next_term_by<const BACK: i8, const RIGID: bool, const RADIATES: bool>(
-    next_u: &mut [f64],
-    next_v: &mut [f64],
-    next_strain: &mut [f64],
-    guard: &mut [f64],
-    term: &Term<'_>,
-    chain: &TermChain<'_>,
-) {
-    let blocks = next_u.len();
-    let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
-    let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
-    let next_here = &mut next_strain[1..][..blocks];
-    let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
-    let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
-    let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
-    let &TermChain { springs, radiation, by, stay, .. } = chain;
-    for n in 0..blocks {
-        let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
-        let mut change = pull - spring[n] * u[n];
-        if RADIATES {
-            change -= select_unpredictable(sigma[n] == 0.0, 0.0, radiation * v[n]);
-        }
-        if RIGID {
-            change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
-        }
-        let go_on = |change: f64, stays: f64, before: f64| match BACK {
-            FIRST => 0.5 * (change + stays),
-            PLUS => change + (stays + before),
-            _ => change + (stays - before),
-        };
-        let new_v = go_on(change, stay * v[n], before_v[n]);
-        let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
-        next_v[n] = new_v;
-        next_u[n] = new_u;
-        next_here[n] = springs.strain(new_u, new_v);
-        guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
 }

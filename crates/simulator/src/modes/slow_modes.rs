@@ -5,8 +5,8 @@
 
 mod arnoldi;
 mod assembly;
-mod complex_band;
 mod eigen;
+mod factor;
 mod inverse;
 mod mirror;
 mod precomputed;

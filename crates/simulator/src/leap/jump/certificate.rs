@@ -24,7 +24,7 @@ use crate::leap::clearance::Clearance;
 use crate::leap::jump::Forced;
 use crate::leap::norms::ROUNDING;
 use crate::modes::Coordinates;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::ClassModes;
 use crate::step::state::SliderState;
 use crate::step::strength::{StopForce, least_threshold_n};

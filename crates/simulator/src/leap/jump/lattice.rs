@@ -25,7 +25,7 @@ use crate::leap::jump::certificate::{Certificate, Part};
 use crate::leap::jump::lattice::account::Start;
 use crate::leap::norms::{ROUNDING, invariant_of_products};
 use crate::modes::Coordinates;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::{Precomputed, pressed};
 use crate::records::stop::Stop;
 use crate::step::state::SliderState;

@@ -19,7 +19,7 @@ use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::EndBond;
 
 use crate::energy::Radiated;
-use crate::kernels::{self, Guarded, Held, TermChain, Terms};
+use crate::kernels::{self, Held, TermChain, Terms};
 use crate::leap::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::leap::window::rows::Rows;
 use crate::modes::operator_cache::OperatorCache;
@@ -92,18 +92,18 @@ impl Expansion {
             _ => Arc::new(Chebyshev::default()),
         };
         let blocks = plan.blocks;
-        let several = |times: usize| vec![0.0; blocks * times];
+        let zeros = || vec![0.0; blocks];
         let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Expansion {
             chain: *chain,
             blocks,
             basis,
-            spring: several(1),
-            scaled_spring: several(1),
+            spring: zeros(),
+            scaled_spring: zeros(),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
             strength: Strength::new(plan),
             ramp: Ramp::FLAT,
-            sigma: several(1),
+            sigma: zeros(),
             first_u: Rows::new(blocks, 2),
             first_v: Rows::new(blocks, 2),
             first_guard: Rows::new(blocks, 2),
@@ -218,16 +218,8 @@ impl Expansion {
     /// Predicts the steps until the first block switches, by linear extrapolation of forces and
     /// velocities.
     pub(super) fn foreseen_steps(&self) -> f64 {
-        let blocks = self.blocks;
-        let (now, rate) = self.first_guard.both(blocks);
-        let guarded = Guarded {
-            now,
-            rate,
-            sigma: &self.sigma,
-            limit: &self.strength.threshold_n[..blocks],
-            decline: self.ramp.fall(),
-        };
-        kernels::first_crossing(&guarded)
+        let (now, rate) = self.first_guard.both(self.blocks);
+        kernels::first_crossing(now, rate, &self.sigma, &self.strength.threshold_n, self.ramp.fall())
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
@@ -272,8 +264,9 @@ impl Expansion {
     /// Converts springs to the units of terms.
     pub(super) fn scale_springs(&mut self, plan: &Plan) {
         let unit = self.unit_of_terms(plan);
-        self.scaled_spring.copy_from_slice(&self.spring);
-        kernels::scale(&mut self.scaled_spring, unit);
+        for (scaled, spring) in self.scaled_spring.iter_mut().zip(&self.spring) {
+            *scaled = unit * spring;
+        }
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;

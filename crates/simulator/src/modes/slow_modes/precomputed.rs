@@ -8,7 +8,7 @@ use asperity_model::law::magnitude;
 use asperity_model::{Lattice, Plan};
 
 use crate::leap::norms::Norms;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::arnoldi::SlowModes;
 use crate::modes::slow_modes::mirror::Motions;
 use crate::modes::slow_modes::stuck::StuckLattice;
@@ -94,7 +94,7 @@ impl<const D: usize> Precomputed<D> {
         for (mode, &s) in slow.rates.iter().enumerate() {
             let weight = slow.weights[mode];
             let [re, im] = slow.shape(stuck, mode);
-            let shape = |freedom: usize| Complex { re: re[freedom], im: im[freedom] };
+            let shape = |freedom: usize| Complex::new(re[freedom], im[freedom]);
             // `tau = m (v' - v) / dt + k_t u`.
             let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
             for n in 0..contacts {

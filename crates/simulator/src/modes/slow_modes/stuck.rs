@@ -14,10 +14,10 @@ use std::sync::OnceLock;
 use asperity_model::plan::{Drive, DriveSpring};
 use asperity_model::{Lattice, Plan};
 
-use crate::kernels::{self, ROWS};
+use crate::kernels;
 use crate::modes::complex::Complex;
 use crate::modes::slow_modes::assembly::{Assembly, width};
-use crate::modes::slow_modes::complex_band::ComplexBand;
+use crate::modes::slow_modes::factor::Factor;
 use crate::modes::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
 use crate::records::stop::Stop;
 
@@ -40,20 +40,11 @@ pub(crate) struct StuckLattice {
     coupling: Vec<Coupling>,
 }
 
-/// Motions with the factor of their stiffness; `None` if it is not positive by its numbers.
+/// Motions with Cholesky's factor of their stiffness; `None` if it is not positive by its numbers.
 #[derive(Debug)]
 struct Factored {
     motions: Motions,
-    factor: OnceLock<Option<Factor>>,
-}
-
-/// Cholesky's factor of a stiffness.
-#[derive(Debug)]
-struct Factor {
-    band: Vec<f64>,
-    width: usize,
-    /// The index of each freedom in the band.
-    place: Vec<usize>,
+    factor: OnceLock<Option<Factor<f64>>>,
 }
 
 /// Sizes of the systems by which the modes of a stuck lattice over an area are found.
@@ -200,14 +191,13 @@ impl StuckLattice {
     }
 
     /// [`StuckLattice::products`] with the same vector, in the basis of a class.
-    pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
+    pub(crate) fn products_in(&self, class: usize, x: &[f64]) -> [Vec<f64>; 2] {
         let motions = &self.classes[class];
         let zeros = || vec![0.0; self.freedoms()];
-        let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
-        motions.add(&mut all_x, x);
-        self.products(&mut all_stiff, &mut all_damped, &all_x, &all_x);
-        stiff.copy_from_slice(&motions.fold(&all_stiff));
-        damped.copy_from_slice(&motions.fold(&all_damped));
+        let [mut all, mut stiff, mut damped] = [zeros(), zeros(), zeros()];
+        motions.add(&mut all, x);
+        self.products(&mut stiff, &mut damped, &all, &all);
+        [stiff, damped].map(|all| motions.fold(&all))
     }
 
     /// `sqrt(k_t / m)` in units of the step.
@@ -215,28 +205,25 @@ impl StuckLattice {
         self.step_s * (self.interfacial_n_per_m / self.mass_kg).sqrt()
     }
 
-    /// `K + a + b D` for two numbers `a` and `b` in the basis of a class, factored, and the place of each freedom
-    /// in it; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
+    /// The factor of `K + a + b D` for two numbers `a` and `b` in the basis of a class; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
     pub(crate) fn complex_factor(
         &self,
         class: usize,
         [a, b]: [Complex; 2],
         stop: &Stop<'_>,
-    ) -> Option<(ComplexBand, Vec<usize>)> {
+    ) -> Option<Factor<Complex>> {
         let assembly = Assembly::of(&self.lattice, &self.classes[class]);
         let stiffness = assembly.stiffness(self.held().copied());
         let damping = (!stop.look()).then(|| assembly.damping())?;
         let (by_stiffness, by_damping) =
             (self.step_s * self.step_s / self.mass_kg, self.step_s / self.mass_kg);
         let parts = stiffness.iter().zip(&damping);
-        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scaled(by_damping * c));
+        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scale(by_damping * c));
         let mut band: Vec<Complex> = (!stop.look()).then(|| joined.collect())?;
-        for row in band.chunks_exact_mut(assembly.width) {
-            let diagonal = row.len() - 1;
-            row[diagonal] = row[diagonal] + a;
+        for diagonal in band.iter_mut().skip(assembly.width - 1).step_by(assembly.width) {
+            *diagonal += a;
         }
-        let factor = ComplexBand::factored(band, assembly.width, stop);
-        (!stop.has_come()).then_some((factor, assembly.place))
+        Factor::of_complex(band, assembly.width, assembly.place, stop)
     }
 
     /// All springs that hold freedoms.
@@ -244,31 +231,13 @@ impl StuckLattice {
         self.held_n_per_m.iter().chain(&self.coupled_n_per_m)
     }
 
-    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor> {
+    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor<f64>> {
         let Factored { motions, factor } = &self.factors[number];
-        stop.get_or_find(factor, || self.factored(motions, stop))
-    }
-
-    fn factored(&self, motions: &Motions, stop: &Stop<'_>) -> Option<Factor> {
-        let assembly = Assembly::of(&self.lattice, motions);
-        let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
-        let Assembly { width, place, .. } = assembly;
-        let mut groups = (0..place.len()).step_by(ROWS);
-        let is_positive = groups.all(|from| !stop.look() && kernels::factor_rows(&mut band, width, from));
-        is_positive.then_some(Factor { band, width, place })
-    }
-}
-
-impl Factor {
-    fn solve(&self, force: &mut [f64]) {
-        let mut placed = vec![0.0; force.len()];
-        for (place, force) in self.place.iter().zip(&*force) {
-            placed[*place] = *force;
-        }
-        kernels::solve_band(&mut placed, &self.band, self.width);
-        for (place, x) in self.place.iter().zip(force) {
-            *x = placed[*place];
-        }
+        stop.get_or_find(factor, || {
+            let assembly = Assembly::of(&self.lattice, motions);
+            let band = assembly.stiffness(self.held_n_per_m.iter().copied());
+            Factor::of(band, assembly.width, assembly.place, stop)
+        })
     }
 }
 
@@ -409,8 +378,7 @@ mod tests {
             let other = &stuck.classes()[1 - class];
             assert!(other.lack(&all) && other.lack(&stiff) && other.lack(&damped));
             assert!(!motions.lack(&all));
-            let (mut own_stiff, mut own_damped) = (vec![0.0; own.len()], vec![0.0; own.len()]);
-            stuck.products_in(class, &mut own_stiff, &mut own_damped, &own);
+            let [mut own_stiff, _] = stuck.products_in(class, &own);
             assert!(stuck.solve_in(class, &mut own_stiff, &Stop::never()));
             for (found, own) in own_stiff.iter().zip(&own) {
                 assert!((found - own).abs() < 1e-12, "{found} {own}");

@@ -99,8 +99,8 @@ impl<const D: usize> Jump<D> {
         let work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
         let work_j = self.add_modes(work_j, into, |part, mode, [s, c, grown]| {
             // `sum_{j=1}^k s z^(j-1) = z^k - 1`, and with `j - 1` before it `k z^k - z (z^k - 1) / s`.
-            let rising = (Complex::ONE + grown).scaled(count) - (Complex::ONE + s) * grown / s;
-            (c * part.modes.pressed_j[mode] * (grown.scaled(first) + rising.scaled(rate))).re
+            let rising = (Complex::ONE + grown).scale(count) - (Complex::ONE + s) * grown / s;
+            (c * part.modes.pressed_j[mode] * (grown.scale(first) + rising.scale(rate))).re
         });
         -work_j
     }

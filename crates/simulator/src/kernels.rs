@@ -34,7 +34,7 @@ pub(crate) use contacts::{Rubbed, friction_work, rub, tangential_force};
 pub(crate) use dense::{add_columns, dots};
 pub(crate) use elastic::{invariant, pull};
 pub(crate) use energy::{
-    Changing, Forms, Moved, StepWork, Stored, directed, forms, sliding_product, step_work, stored,
+    Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
 };
 pub(crate) use fourier::{NEAR, Near, bessel, fourier, gather, spread};
 pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};

@@ -237,9 +237,9 @@ pub(crate) struct Modes {
     pairs: usize,
     /// Unit of time that makes velocities comparable with displacements.
     unit_s: f64,
-    /// From a state to real and imaginary parts of coordinates, and back: matrices stored by columns.
-    to_re: Vec<f64>,
-    to_im: Vec<f64>,
+    /// From a state to the real parts of coordinates and the imaginary ones of pairs, and back: matrices stored by
+    /// columns.
+    to: Vec<f64>,
     from_re: Vec<f64>,
     from_im: Vec<f64>,
     /// Largest force on each block by each mode of amplitude 1, stored by modes.
@@ -267,7 +267,7 @@ impl Modes {
         let (complex, real) = pencil.eigenvalues()?;
         let pairs = complex.len();
         let values: Vec<Complex> = complex.into_iter().chain(real.into_iter().map(Complex::from)).collect();
-        let count = values.len();
+        let (count, rows) = (values.len(), values.len() + pairs);
         let dt = map.step_s;
         let unit_s = (map.block_mass_kg
             / (map.elastic().spectral_bound_n_per_m() + map.stiffest_spring_n_per_m))
@@ -276,8 +276,7 @@ impl Modes {
             blocks,
             pairs,
             unit_s,
-            to_re: vec![0.0; count * 2 * blocks],
-            to_im: vec![0.0; pairs * 2 * blocks],
+            to: vec![0.0; rows * 2 * blocks],
             from_re: Vec::with_capacity(count * 2 * blocks),
             from_im: Vec::with_capacity(pairs * 2 * blocks),
             force_n: Vec::with_capacity(count * blocks),
@@ -302,11 +301,11 @@ impl Modes {
             });
             for n in 0..blocks {
                 let (u, v) = (project[n] / own, (x[n] - project[n]).scale(dt / unit_s) / own);
-                modes.to_re[n * count + e] = u.re;
-                modes.to_re[(blocks + n) * count + e] = v.re;
-                if e < pairs {
-                    modes.to_im[n * pairs + e] = u.im;
-                    modes.to_im[(blocks + n) * pairs + e] = v.im;
+                for (column, of) in [(n, u), (blocks + n, v)] {
+                    modes.to[column * rows + e] = of.re;
+                    if e < pairs {
+                        modes.to[column * rows + count + e] = of.im;
+                    }
                 }
             }
             // A pair adds its coordinate's part and the conjugate of that: twice the real part.
@@ -335,9 +334,8 @@ impl Modes {
 
     /// Bytes of memory used.
     pub(crate) fn bytes(&self) -> usize {
-        let Modes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
-        let numbers: usize =
-            [to_re, to_im, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
+        let Modes { to, from_re, from_im, force_n, powers, .. } = self;
+        let numbers: usize = [to, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
         (numbers + 2 * BITS * powers.count()) * size_of::<f64>()
     }
 
@@ -349,14 +347,12 @@ impl Modes {
 
     /// Whether modes times coordinates is the identity within [`DEFECT`].
     fn span_states(&self) -> bool {
-        let (count, size) = (self.powers.count(), 2 * self.blocks);
+        let (rows, size) = (self.powers.count() + self.pairs, 2 * self.blocks);
         let mut back = vec![0.0; size];
         (0..size).all(|column| {
             // The coordinates of a unit vector are a column of the projection.
-            let re = self.to_re[column * count..][..count].to_vec();
-            let mut im = self.to_im[column * self.pairs..][..self.pairs].to_vec();
-            im.resize(count, 0.0);
-            self.compose(&Coordinates { re, im }, f64::NEG_INFINITY, &mut back);
+            let coordinates = self.coordinates(self.to[column * rows..][..rows].to_vec());
+            self.compose(&coordinates, f64::NEG_INFINITY, &mut back);
             (0..size).all(|row| {
                 let unit = if row < self.blocks { 1.0 } else { self.unit_s };
                 (back[row] * unit - f64::from(u8::from(row == column))).abs() < DEFECT
@@ -370,11 +366,16 @@ impl Modes {
         for v in &mut state[self.blocks..] {
             *v *= self.unit_s;
         }
-        let count = self.powers.count();
-        let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
-        kernels::add_columns(&mut coordinates.re, &self.to_re, &state);
-        kernels::add_columns(&mut coordinates.im[..self.pairs], &self.to_im, &state);
-        coordinates
+        let mut parts = vec![0.0; self.powers.count() + self.pairs];
+        kernels::add_columns(&mut parts, &self.to, &state);
+        self.coordinates(parts)
+    }
+
+    /// From all real parts and the imaginary parts of pairs.
+    fn coordinates(&self, mut re: Vec<f64>) -> Coordinates {
+        let mut im = re.split_off(self.powers.count());
+        im.resize(re.len(), 0.0);
+        Coordinates { re, im }
     }
 
     /// The state with these coordinates, without the last modes as long as they are no larger than
@@ -457,7 +458,7 @@ impl Powers {
 
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        let mut growth = Coordinates { re: vec![0.0; self.count()], im: vec![0.0; self.count()] };
+        let mut growth = Coordinates::zero(self.count());
         for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
             growth.compound(&self.0[p]);
         }
@@ -473,6 +474,10 @@ impl FromIterator<Complex> for Coordinates {
 }
 
 impl Coordinates {
+    pub(crate) fn zero(modes: usize) -> Coordinates {
+        Coordinates { re: vec![0.0; modes], im: vec![0.0; modes] }
+    }
+
     pub(crate) fn at(&self, mode: usize) -> Complex {
         Complex::new(self.re[mode], self.im[mode])
     }

@@ -33,7 +33,7 @@ use crate::step::single_step::{Driving, SingleSteps};
 use crate::step::stepper::Stepper;
 
 /// The many steps at once that a body allows.
-pub(crate) trait Leaps: Clone + Debug + Send + 'static {
+pub(crate) trait Leaps: Debug + Send + 'static {
     /// The stepper for single steps.
     type Body: OfPlan;
     /// A leap that was opened.
@@ -99,7 +99,7 @@ pub(crate) struct Open<'a, B> {
 }
 
 /// The solver that leaps where it can.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Fast<L: Leaps> {
     plan: Arc<Plan>,
     stepper: Stepper<L::Body>,

@@ -8,7 +8,7 @@ use asperity_record::Energy;
 
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::fast::{Leaps, Open};
-use crate::leap::jump::chain::Jump;
+use crate::leap::jump::chain::ChainJump;
 use crate::leap::rest::{rest, rest_steps};
 use crate::leap::window::Window;
 use crate::step::body::{Body, ChainBody};
@@ -37,11 +37,11 @@ pub(crate) enum Leap {
 }
 
 /// Leaps over the steps of a chain.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct ChainLeaps {
     window: Window,
     /// For chains whose modes are known.
-    jump: Option<Jump>,
+    jump: Option<ChainJump>,
     costs: Costs,
 }
 
@@ -105,7 +105,7 @@ impl ChainLeaps {
 }
 
 /// The jump that a leap was opened with.
-fn opened(jump: &mut Option<Jump>) -> &mut Jump {
+fn opened(jump: &mut Option<ChainJump>) -> &mut ChainJump {
     jump.as_mut().expect("only a solver with jumps opens one")
 }
 
@@ -116,7 +116,7 @@ impl Leaps for ChainLeaps {
     fn of(plan: &Plan, chain: &Chain) -> ChainLeaps {
         ChainLeaps {
             window: Window::new(plan, chain),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, chain) } else { None },
+            jump: if ChainJump::may_pay(plan) { ChainJump::new(plan, chain) } else { None },
             costs: Costs::of(plan),
         }
     }
@@ -137,14 +137,15 @@ impl Leaps for ChainLeaps {
             && state.detached == 0
             && state.step >= solver.pace.no_jump_before_step
         {
-            let steps = jump.open(plan, state, most_steps);
-            if steps > 0 {
-                return Ok(self.begin_span(solver, Leap::Jump { steps }));
+            match jump.open(plan, state, most_steps) {
+                Ok(steps) => return Ok(self.begin_span(solver, Leap::Jump { steps })),
+                Err(patience_steps) => {
+                    solver.counters.refused_jumps += 1;
+                    solver.pace.wait_for_jump(state.step, patience_steps, jump.cost_steps);
+                }
             }
-            solver.counters.refused_jumps += 1;
-            solver.pace.wait_for_jump(state.step, jump.patience_steps(), jump.cost_steps());
         }
-        if self.window.never_pays() {
+        if self.window.never_pays {
             return Err(self.single_steps_of_long_chain(solver));
         }
         match self.window.open(plan, solver.stepper.state(), most_steps) {
@@ -176,7 +177,7 @@ impl Leaps for ChainLeaps {
         cost::earn(&mut pace.saved_steps, steps);
         pace.pay_or_pause(match leap {
             Leap::Window(_) => self.costs.window_steps(self.window.work()),
-            Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
+            Leap::Jump { .. } => opened(&mut self.jump).cost_steps,
             Leap::Rest { .. } => cost::REST_STEPS,
         });
         if let Leap::Window(index) = leap
@@ -191,7 +192,7 @@ impl Leaps for ChainLeaps {
     fn steps_of_sample(&self, leap: Leap) -> u64 {
         match leap {
             Leap::Window(_) => self.costs.window_sample_steps(self.window.work()),
-            Leap::Jump { .. } => self.jump.as_ref().map_or(0, Jump::modes_steps),
+            Leap::Jump { .. } => self.jump.as_ref().map_or(0, |jump| jump.modes_steps),
             Leap::Rest { .. } => 0,
         }
     }
@@ -254,7 +255,7 @@ impl Leaps for ChainLeaps {
             // A chain that rests needs no modes to jump.
             return fallbacks;
         }
-        if !Jump::may_pay(plan) {
+        if !ChainJump::may_pay(plan) {
             fallbacks.push(
                 "windows instead of jumps: the modes of the stuck chain would take longer than so few steps",
             );

@@ -65,7 +65,7 @@ pub(crate) struct SlowModes {
     pub(crate) weights: Vec<f64>,
     /// By how much its image is off, in the norm `sqrt(I)`, for a coordinate of size 1 and its
     /// conjugate.
-    pub(crate) off: Vec<f64>,
+    pub(crate) defects: Vec<f64>,
     pub(crate) powers: Powers,
     /// Relative decay per step of the next modes, as the iteration estimates it: the residue decays about
     /// as fast.
@@ -102,7 +102,7 @@ impl SlowModes {
             if stop.look() {
                 return None;
             }
-            if !modes.take(stuck, &basis, &map, [value, rate]) {
+            if !modes.accept(stuck, &basis, &map, [value, rate]) {
                 missing += 1;
                 modes.next_falls_by = modes.next_falls_by.min(falls_by(rate).abs());
                 if missing == MOST_MISSING {
@@ -115,7 +115,7 @@ impl SlowModes {
     }
 
     /// Accepts the mode of an eigenvalue, if it is accurate enough.
-    fn take(
+    fn accept(
         &mut self,
         stuck: &StuckLattice,
         basis: &[f64],
@@ -160,9 +160,9 @@ impl SlowModes {
             (product(&re, &im), product(&stiff_re, &stiff_im), product(&damped_re, &damped_im));
         let mut s = rate;
         for _ in 0..3 {
-            let off = s * s * square + s * (damped + stiff) + stiff;
+            let value = s * s * square + s * (damped + stiff) + stiff;
             let slope = s * square.scale(2.0) + (damped + stiff);
-            s = s - off / slope;
+            s -= value / slope;
         }
         let is_rate = s.re.is_finite() && s.im >= 0.0 && s.size() > 0.0;
         if !is_rate {
@@ -179,14 +179,14 @@ impl SlowModes {
             return false;
         }
         let velocity = s / (Complex::ONE + s);
-        let mut off = 0.0;
+        let mut defect = 0.0;
         for n in 0..freedoms {
             let (x, damped) = (Complex::new(re[n], im[n]), Complex::new(damped_re[n], damped_im[n]));
             let e = Complex::new(stiff_re[n], stiff_im[n]) + velocity * (damped + s * x);
-            off += e.re * e.re + e.im * e.im;
+            defect += e.re * e.re + e.im * e.im;
         }
         let length: f64 = re.iter().zip(&im).map(|(re, im)| re * re + im * im).sum();
-        let share = (off / length).sqrt() / velocity.size();
+        let share = (defect / length).sqrt() / velocity.size();
         let is_near = share <= DEFECT;
         if !is_near {
             return false;
@@ -198,7 +198,7 @@ impl SlowModes {
         let own = velocity * square - stiff / (s * (Complex::ONE + s));
         self.own.push(Complex::ONE / own);
         self.weights.push(weight);
-        self.off.push(weight * off.sqrt() * stuck.mass_kg.sqrt() / stuck.step_s);
+        self.defects.push(weight * defect.sqrt() * stuck.mass_kg.sqrt() / stuck.step_s);
         true
     }
 
@@ -207,7 +207,7 @@ impl SlowModes {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let motions = &stuck.classes()[self.class];
-        let (w, stiff) = (motions.fold(w), motions.fold(stiff));
+        let (w, stiff) = (motions.component(w), motions.component(stiff));
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
         kernels::dots(&mut of_w, &self.shapes, &w);
         kernels::dots(&mut of_stiff, &self.shapes, &stiff);
@@ -418,10 +418,9 @@ mod tests {
         };
         let (mut u, mut w) = (vec![0.0; freedoms], vec![0.0; freedoms]);
         modes.add(stuck, &coordinates, count, &mut u, &mut w);
-        let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
         // Decomposing a composed state returns its coordinates.
         let moving: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
-        stuck.products(&mut stiff, &mut damped, &moving, &w);
+        let [stiff, _] = stuck.products(&moving, &w);
         let found = modes.project(stuck, &w, &stiff);
         let parts = |of: &Coordinates| of.re.iter().chain(&of.im).copied().collect::<Vec<f64>>();
         for (found, own) in parts(&found).into_iter().zip(parts(&coordinates)) {
@@ -431,7 +430,7 @@ mod tests {
         let largest = |of: &[f64]| of.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let mut most = 0.0_f64;
         for _ in 0..STEPS {
-            stuck.products(&mut stiff, &mut damped, &u, &w);
+            let [stiff, damped] = stuck.products(&u, &w);
             for n in 0..freedoms {
                 w[n] -= (stuck.step_s * stuck.step_s * stiff[n] + stuck.step_s * damped[n]) / stuck.mass_kg;
                 u[n] += w[n];

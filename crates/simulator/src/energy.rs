@@ -441,7 +441,7 @@ impl Accounts {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
         map.slides = state.detached > 0;
-        map.is_directed = kernels::sort(
+        map.is_directed = kernels::classify(
             &mut map.sigma,
             &mut map.spring,
             &state.velocity_m_per_s,
@@ -582,7 +582,7 @@ fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
 }
 
 /// Stops stuck contacts, for the laws without friction springs.
-fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
+pub(crate) fn hold_stuck(sigma: &[f64], [u, v]: [&mut [f64]; 2]) {
     for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
         if *sigma == 0.0 {
             (*u, *v) = (0.0, 0.0);

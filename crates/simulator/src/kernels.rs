@@ -30,7 +30,7 @@ mod terms;
 
 pub(crate) use band::{Entry, ROWS, factor_rows, solve_band};
 pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
-pub(crate) use contacts::{Rubbed, friction_work, rub, tangential_force};
+pub(crate) use contacts::{ContactInputs, apply_friction, friction_work, tangential_force};
 pub(crate) use dense::{add_columns, dots};
 pub(crate) use elastic::{invariant, pull};
 pub(crate) use energy::{
@@ -44,4 +44,6 @@ pub(crate) use linear::{add_course, combine, follow, largest, products};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
 pub(crate) use step::{After, Blocks, step, switching};
-pub(crate) use terms::{Held, TermChain, Terms, first_difference, radiate, second_difference, sort, terms};
+pub(crate) use terms::{
+    Held, TermChain, Terms, classify, first_difference, radiate, second_difference, terms,
+};

@@ -20,7 +20,7 @@ kernel! {
 }
 
 /// Contacts in a step. Vectors have one array for each tangential freedom.
-pub(crate) struct Rubbed<'a, const D: usize> {
+pub(crate) struct ContactInputs<'a, const D: usize> {
     pub(crate) u: [&'a [f64]; D],
     pub(crate) v: [&'a [f64]; D],
     pub(crate) anchor: [&'a [f64]; D],
@@ -48,20 +48,20 @@ const SURELY_BELOW: f64 = 1.0 - 8.0 * f64::EPSILON;
 
 kernel! {
     /// Friction of all contacts, taken from the forces from outside. Returns whether any contact may switch.
-    fn rub[const D: usize, L: ContactLaw<D>](contacts: &mut Rubbed<'_, D>, law: &L) -> bool {
+    fn apply_friction[const D: usize, L: ContactLaw<D>](contacts: &mut ContactInputs<'_, D>, law: &L) -> bool {
         match contacts.any_slides {
-            true => rub_all::<D, L, true>(contacts, law),
-            false => rub_all::<D, L, false>(contacts, law),
+            true => apply_friction_to::<D, L, true>(contacts, law),
+            false => apply_friction_to::<D, L, false>(contacts, law),
         }
     }
 }
 
 #[inline(always)]
-fn rub_all<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
-    contacts: &mut Rubbed<'_, D>,
+fn apply_friction_to<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
+    contacts: &mut ContactInputs<'_, D>,
     law: &L,
 ) -> bool {
-    let Rubbed { memory, kt, dt_over_m, .. } = *contacts;
+    let ContactInputs { memory, kt, dt_over_m, .. } = *contacts;
     let count = contacts.slip.len();
     let (slip, threshold) = (&contacts.slip[..count], &contacts.threshold[..count]);
     let sliding_friction = &contacts.sliding_friction[..count];
@@ -161,7 +161,7 @@ mod tests {
     use asperity_model::mixed;
     use asperity_model::resolve;
 
-    use super::Rubbed;
+    use super::ContactInputs;
     use crate::kernels::{self, After, by_all};
     use crate::step::law::{ContactLoops, Loops, loops};
 
@@ -201,7 +201,7 @@ mod tests {
             let [u, v, anchor, tau] = self.values.each_ref().map(all);
             let (mut outer, mut friction) =
                 ([0; D].map(|_| numbers(60, count)), [0; D].map(|_| vec![0.0; count]));
-            let hint = law.rub(&mut Rubbed {
+            let hint = law.rub(&mut ContactInputs {
                 u,
                 v,
                 anchor,

@@ -213,11 +213,11 @@ impl StandingWaves {
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
         let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
         let mut waves = StandingWaves { blocks, dt, cosines, waves, powers, scratch, sums };
-        waves.tell_all(plan).then_some(waves)
+        waves.span_all_states(plan).then_some(waves)
     }
 
     /// Whether a pseudo-random state is recovered after projection and composition.
-    fn tell_all(&mut self, plan: &Plan) -> bool {
+    fn span_all_states(&mut self, plan: &Plan) -> bool {
         let held = plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m;
         let rate = (held / plan.block_mass_kg).sqrt();
         let mut seed = 1u64;
@@ -275,13 +275,13 @@ impl StandingWaves {
 
     /// How large the force on the first block and on each other one may become from these coordinates on.
     pub(crate) fn bound(&self, coordinates: &Coordinates) -> [f64; 2] {
-        let (mut of_first, mut of_others) = (0.0, 0.0);
-        for (m, wave) in self.waves.iter().enumerate() {
-            let size = coordinates.at(m).size();
-            of_first += size * wave.first_force_n;
-            of_others += size * wave.force_n;
-        }
-        [of_first, of_others]
+        self.bound_of((0..self.waves.len()).map(|m| coordinates.at(m).size()))
+    }
+
+    fn bound_of(&self, sizes: impl Iterator<Item = f64>) -> [f64; 2] {
+        self.waves.iter().zip(sizes).fold([0.0; 2], |[of_first, of_others], (wave, size)| {
+            [of_first + size * wave.first_force_n, of_others + size * wave.force_n]
+        })
     }
 
     /// Finds after how many steps, some thousand at most, the waves are calm: when `is_calm` accepts a
@@ -297,13 +297,8 @@ impl StandingWaves {
         let (mut steps, mut stride) = (0, CALMING_STEPS);
         for asked in 1.. {
             steps += stride;
-            let mut bound = [0.0; 2];
-            for ((size, shrinks), wave) in sizes.iter_mut().zip(&shrinks).zip(&*self.waves) {
-                *size *= shrinks;
-                bound[0] += *size * wave.first_force_n;
-                bound[1] += *size * wave.force_n;
-            }
-            if steps >= MOST_CALMING_STEPS || is_calm(bound) {
+            sizes.iter_mut().zip(&shrinks).for_each(|(size, shrinks)| *size *= shrinks);
+            if steps >= MOST_CALMING_STEPS || is_calm(self.bound_of(sizes.iter().copied())) {
                 return (steps, asked);
             }
             if asked % 8 == 0 {
@@ -344,7 +339,7 @@ mod tests {
     use crate::modes::propagator::Propagator;
 
     #[test]
-    fn waves_tell_all_of_a_state_and_do_what_stored_modes_do() {
+    fn waves_span_all_states_of_a_state_and_do_what_stored_modes_do() {
         for set in [
             &["slider.blocks=99"][..],
             &["slider.blocks=100", "parameter_set=as-stated"],

@@ -90,8 +90,7 @@ where
     LatticeBody<D>: OfPlan<Elastic = Lattice>,
 {
     type Body = LatticeBody<D>;
-    /// Steps of a jump.
-    type Leap = u64;
+    type Leap = ();
 
     fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, lattice);
@@ -105,7 +104,7 @@ where
         LatticeLeaps { lattice: *lattice, iterations: effort.iterations, jumps }
     }
 
-    fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<u64, u64> {
+    fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<((), u64), u64> {
         age(solver.plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
         if state.detached > 0 {
@@ -118,7 +117,7 @@ where
         let Some(jump) = self.made(solver.plan, solver.stop) else { return Err(1) };
         match jump.open(solver.plan, state, most_steps, solver.stop) {
             _ if solver.stop.has_come() => Err(1),
-            Ok(steps) => Ok(steps),
+            Ok(steps) => Ok(((), steps)),
             Err(steps) => {
                 solver.counters.refused_jumps += 1;
                 solver.pace.wait_for_jump(state.step, steps, jump.cost_steps);
@@ -127,11 +126,7 @@ where
         }
     }
 
-    fn steps(&self, steps: u64) -> u64 {
-        steps
-    }
-
-    fn land(&mut self, steps: u64, solver: &mut Open<'_, LatticeBody<D>>) {
+    fn land(&mut self, (): (), steps: u64, solver: &mut Open<'_, LatticeBody<D>>) {
         let jump = self.opened();
         solver.counters.jumps += 1;
         solver.counters.jump_steps += steps;
@@ -143,18 +138,18 @@ where
         solver.pace.pay(jump.cost_steps);
     }
 
-    fn steps_of_sample(&self, _: u64) -> u64 {
+    fn steps_of_sample(&self, (): ()) -> u64 {
         STEPS_OF_SAMPLE
     }
 
-    fn sample(&mut self, _: u64, into: u64, _: &Plan, aside: &mut Stepper<LatticeBody<D>>) {
-        self.opened().sample(into, aside.state_mut());
+    fn sample(&mut self, (): (), into: u64, _: &Plan, sampler: &mut Stepper<LatticeBody<D>>) {
+        self.opened().sample(into, sampler.state_mut());
     }
 
     /// From the jump, not from the steps behind the sample.
-    fn energy(&mut self, _: u64, into: u64, plan: &Plan, aside: &mut Stepper<LatticeBody<D>>) -> Energy {
-        self.opened().bring_up(plan, into, aside.state_mut());
-        aside.energy()
+    fn energy(&mut self, (): (), into: u64, plan: &Plan, sampler: &mut Stepper<LatticeBody<D>>) -> Energy {
+        self.opened().bring_up(plan, into, sampler.state_mut());
+        sampler.energy()
     }
 
     fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {

@@ -30,7 +30,7 @@ use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::{Certificate, Swing};
 use crate::leap::norms::{Norms, invariant_of_chain};
-use crate::modes::operator_cache::OperatorCache;
+use crate::modes::operator_cache;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::modes::{Coordinates, Modes, Powers};
 use crate::step::state::SliderState;
@@ -101,7 +101,7 @@ impl ChainJump {
     pub(crate) fn new(plan: &Plan, chain: &Chain) -> Option<ChainJump> {
         let (blocks, costs) = (plan.blocks, Costs::of(plan));
         let (basis, powers, [shortest_steps, refused_steps, modes_steps]) = if blocks <= LONG_CHAIN {
-            let modes = OperatorCache::HERE.modes(plan, chain)?;
+            let modes = operator_cache::HERE.modes(plan, chain)?;
             let products_steps = match Radiated::of(plan, chain) {
                 Radiated::Apart if plan.end_bonds.iter().any(|bond| bond.radiates) => {
                     cost::products_steps(blocks as u64)

@@ -27,7 +27,7 @@ use crate::leap::jump::lattice::account::Energies;
 use crate::leap::norms::{Norms, ROUNDING, invariant_of_products};
 use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
-use crate::modes::slow_modes::{ClassModes, Motions, SlowModes, StuckLattice, pressed};
+use crate::modes::slow_modes::{ClassModes, Motions, SlowModes, StuckLattice, top_loads};
 use crate::records::stop::Stop;
 use crate::step::state::SliderState;
 use crate::step::strength::static_coefficient;
@@ -50,7 +50,7 @@ const DECAY: [f64; 2] = [0.75, 1.0];
 const STEPS_OF_FORCED: u64 = 10;
 const STEPS_OF_MODE: u64 = 2;
 
-/// Limit on the residue of a jump, and likewise on the error of its modes, as a share of the mean
+/// Limit on the residue of a jump, and on the error of its modes, as a share of the mean
 /// threshold: the reserve for rounding.
 const MISSED: f64 = ROUNDING;
 
@@ -103,7 +103,7 @@ impl<const D: usize> LatticeJump<D> {
             by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
         }
         let mut by_load_m = vec![0.0; stuck.freedoms()];
-        for (freedom, load_n) in pressed(plan, &lattice) {
+        for (freedom, load_n) in top_loads(plan, &lattice) {
             by_load_m[freedom] = -load_n;
         }
         let are_solved = stuck.solve(&mut by_drive_m, stop) && stuck.solve(&mut by_load_m, stop);
@@ -270,7 +270,7 @@ impl<const D: usize> LatticeJump<D> {
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);
         }
-        for (freedom, load_n) in pressed(plan, &stuck.lattice) {
+        for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
             position_m[freedom] -= ramp.load.scaled_n(load_n);
         }
         stuck.solve(position_m, stop)

@@ -22,12 +22,12 @@ pub(crate) struct ClassModes<const D: usize> {
     pub(crate) most_load_n: Vec<f64>,
     /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
     pub(crate) drive_n: Vec<Complex>,
-    pub(crate) pressed_j: Vec<Complex>,
+    pub(crate) load_work_j: Vec<Complex>,
 }
 
 /// The nodes of the top row that a load presses on, as their freedoms along the normal, with the load at the
 /// start.
-pub(crate) fn pressed<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<Item = (usize, f64)> + 'a {
+pub(crate) fn top_loads<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<Item = (usize, f64)> + 'a {
     let normal = lattice.first_normal().unwrap_or(0);
     lattice.top_row().zip(&plan.top_load_n).map(move |(node, load_n)| (normal + node, *load_n))
 }
@@ -46,7 +46,7 @@ impl<const D: usize> ClassModes<D> {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
         let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
-        let (mut drive_n, mut pressed_j) = (Vec::new(), Vec::new());
+        let (mut drive_n, mut load_work_j) = (Vec::new(), Vec::new());
         for (mode, &s) in slow.rates.iter().enumerate() {
             let weight = slow.weights[mode];
             let [re, im] = slow.shape(stuck, mode);
@@ -63,8 +63,8 @@ impl<const D: usize> ClassModes<D> {
             drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
                 sum + shape(spring.block) * (-weight * spring.stiffness_n_per_m)
             }));
-            pressed_j.push(
-                pressed(plan, &stuck.lattice)
+            load_work_j.push(
+                top_loads(plan, &stuck.lattice)
                     .fold(Complex::ZERO, |sum, (freedom, load_n)| sum + shape(freedom) * (weight * load_n)),
             );
         }
@@ -76,7 +76,7 @@ impl<const D: usize> ClassModes<D> {
             force_n,
             load_n,
             drive_n,
-            pressed_j,
+            load_work_j,
         })
     }
 }

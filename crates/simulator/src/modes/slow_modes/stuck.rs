@@ -245,7 +245,7 @@ mod tests {
     use asperity_model::{Plan, mixed};
 
     use super::StuckLattice;
-    use crate::modes::slow_modes::pressed;
+    use crate::modes::slow_modes::top_loads;
     use crate::records::stop::Stop;
 
     fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
@@ -305,7 +305,7 @@ mod tests {
             for spring in &plan.drive.springs {
                 force[spring.block] -= spring.stiffness_n_per_m * spring.rest_m;
             }
-            for (freedom, load_n) in pressed(&plan, &stuck.lattice) {
+            for (freedom, load_n) in top_loads(&plan, &stuck.lattice) {
                 force[freedom] += load_n;
             }
             assert!(force.iter().all(|force| force.abs() < 1e-9), "{force:?}");

@@ -25,7 +25,7 @@ use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
-use crate::kernels::{self, After, Rubbed};
+use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::{JunctionLoops, Loaded};
 use crate::step::law::{ContactLoops, loops, loops_over_area};
@@ -196,7 +196,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             _ => {
                 let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
                 let mut outer_n = outer_n.chunks_exact_mut(nodes).map(|of_nodes| &mut of_nodes[..contacts]);
-                let contacts = &mut Rubbed {
+                let contacts = &mut ContactInputs {
                     u: along(u, nodes, contacts),
                     v: along(v, nodes, contacts),
                     anchor: along(&state.stick_position_m, contacts, contacts),

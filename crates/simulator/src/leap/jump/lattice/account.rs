@@ -11,7 +11,7 @@ use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::Part;
 use crate::leap::jump::lattice::LatticeJump;
 use crate::modes::complex::Complex;
-use crate::modes::slow_modes::pressed;
+use crate::modes::slow_modes::top_loads;
 use crate::step::state::SliderState;
 
 /// Largest number of orders for the work of the scheme, and the share of it that is negligible.
@@ -81,13 +81,13 @@ impl<const D: usize> LatticeJump<D> {
     fn load_work_j(&self, plan: &Plan, into: u64) -> f64 {
         let count = into as f64;
         let (first, rate) = (self.forced.ramp.load.scaled_n(1.0), self.forced.ramp.change_n(1.0));
-        let parts = pressed(plan, &self.stuck.lattice);
+        let parts = top_loads(plan, &self.stuck.lattice);
         let advance_j: f64 = parts.map(|(freedom, load_n)| load_n * self.forced.advance_m[freedom]).sum();
         let work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
         let work_j = self.add_modes(work_j, into, |part, mode, [s, c, grown]| {
             // `sum_{j=1}^k s z^(j-1) = z^k - 1`, and with `j - 1` before it `k z^k - z (z^k - 1) / s`.
             let rising = (Complex::ONE + grown).scale(count) - (Complex::ONE + s) * grown / s;
-            (c * part.modes.pressed_j[mode] * (grown.scale(first) + rising.scale(rate))).re
+            (c * part.modes.load_work_j[mode] * (grown.scale(first) + rising.scale(rate))).re
         });
         -work_j
     }
@@ -117,9 +117,9 @@ impl<const D: usize> LatticeJump<D> {
             let drive: f64 = springs
                 .map(|spring| spring.stiffness_n_per_m * spring.direction * advance_m * x[spring.block])
                 .sum();
-            let parts = pressed(plan, &stuck.lattice);
-            let pressed: f64 = parts.map(|(freedom, load_n)| load_n * x[freedom]).sum();
-            drive - load_change * pressed
+            let parts = top_loads(plan, &stuck.lattice);
+            let on_top: f64 = parts.map(|(freedom, load_n)| load_n * x[freedom]).sum();
+            drive - load_change * on_top
         };
         let loss = -product(&damped, v);
         // `D v` and `D u`.
@@ -138,7 +138,7 @@ impl<const D: usize> LatticeJump<D> {
         for spring in &plan.drive.springs {
             dv[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
-        for (freedom, load_n) in pressed(plan, &stuck.lattice) {
+        for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
             dv[freedom] -= load.scaled_n(load_n);
         }
         dv.iter_mut().for_each(|dv| *dv *= by_force);
@@ -158,7 +158,7 @@ impl<const D: usize> LatticeJump<D> {
                     next[spring.block] +=
                         by_force * (spring.stiffness_n_per_m * spring.direction * advance_m);
                 }
-                for (freedom, load_n) in pressed(plan, &stuck.lattice) {
+                for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
                     next[freedom] -= by_force * (load_change * load_n);
                 }
             }

@@ -49,7 +49,7 @@ use asperity_model::body::ends::absorbing_kg_per_s;
 use asperity_record::Energy;
 
 use crate::energy::ledger::{Ledger, Span};
-use crate::kernels::{self, Changing, Forms, Held, StepWork, Stored};
+use crate::kernels::{self, Changing, Forms, Held, StepWork};
 use crate::leap::cost::span_steps;
 use crate::step::state::SliderState;
 use crate::step::strength::Ramp;
@@ -409,14 +409,10 @@ impl Accounts {
 
     /// Kinetic and elastic energy of a state after a step.
     fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
-        let stored = kernels::stored(&Stored {
-            chain: &self.chain,
-            u: &state.displacement_m,
-            v: &state.velocity_m_per_s,
-            u_stick: &state.stick_position_m,
-            slip: &state.slip,
-            kt: if state.junctions.is_some() { &self.zeros } else { &plan.friction.springs_n_per_m },
-        });
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let kt = if state.junctions.is_some() { &self.zeros } else { &plan.friction.springs_n_per_m };
+        let [square, elastic_j] =
+            kernels::stored(&self.chain, u, v, &state.stick_position_m, &state.slip, kt);
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let springs = plan.drive.springs.iter();
         let drive_j: f64 = springs
@@ -426,12 +422,11 @@ impl Accounts {
             })
             .sum();
         let junctions = state.junctions.iter();
-        let u = &state.displacement_m;
         let held_j: f64 = junctions
             .map(|junctions| (0..plan.blocks).map(|n| junctions.energy_j(plan, n, u[n])).sum::<f64>())
             .sum();
         let ends_j: f64 = plan.end_bonds.iter().map(|bond| bond.energy_j(u)).sum();
-        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + held_j + (drive_j + ends_j))
+        (0.5 * plan.block_mass_kg * square, elastic_j + held_j + (drive_j + ends_j))
     }
 
     fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {
@@ -446,7 +441,7 @@ impl Accounts {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
         map.slides = state.detached > 0;
-        map.is_directed = kernels::sort(
+        map.is_directed = kernels::classify(
             &mut map.sigma,
             &mut map.spring,
             &state.velocity_m_per_s,
@@ -587,7 +582,7 @@ fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
 }
 
 /// Stops stuck contacts, for the laws without friction springs.
-fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
+pub(crate) fn hold_stuck(sigma: &[f64], [u, v]: [&mut [f64]; 2]) {
     for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
         if *sigma == 0.0 {
             (*u, *v) = (0.0, 0.0);

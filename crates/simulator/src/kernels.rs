@@ -28,20 +28,22 @@ mod simd;
 mod step;
 mod terms;
 
-pub(crate) use band::{ROWS, factor_rows, solve_band};
+pub(crate) use band::{Entry, ROWS, factor_rows, solve_band};
 pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
-pub(crate) use contacts::{MovedContacts, Rubbed, rub, rubbed_work, tangential_force};
+pub(crate) use contacts::{ContactInputs, apply_friction, friction_work, tangential_force};
 pub(crate) use dense::{add_columns, dots};
 pub(crate) use elastic::{invariant, pull};
 pub(crate) use energy::{
-    Changing, Forms, Moved, StepWork, Stored, directed, forms, sliding_product, step_work, stored,
+    Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
 };
-pub(crate) use fourier::{NEAR, Near, Parts, bessel, fourier, gather, spread};
-pub(crate) use guards::{Course, Guarded, Reserve, Steps, crossing_ahead, first_crossing, margin, margins};
+pub(crate) use fourier::{NEAR, Near, bessel, fourier, gather, spread};
+pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
-pub(crate) use lattice::{Forces, MovedWork, lattice_move, lattice_pull};
-pub(crate) use linear::{add_course, combine, follow, largest, products, scale};
+pub(crate) use lattice::{lattice_move, lattice_pull};
+pub(crate) use linear::{add_course, combine, follow, largest, products};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
 pub(crate) use step::{After, Blocks, step, switching};
-pub(crate) use terms::{Held, TermChain, Terms, first_difference, radiate, second_difference, sort, terms};
+pub(crate) use terms::{
+    Held, TermChain, Terms, classify, first_difference, radiate, second_difference, terms,
+};

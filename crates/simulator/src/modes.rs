@@ -32,7 +32,7 @@ use std::sync::Arc;
 use asperity_model::body::ends::EndBond;
 
 use crate::kernels;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::propagator::Propagator;
 
 /// Largest deviation of modes times coordinates from the identity.
@@ -81,24 +81,23 @@ impl Pencil {
     }
 
     fn diagonal(&self, n: usize, z: Complex) -> Complex {
-        z * z + z.scaled(self.damping[n] + self.stiffness[n]) + Complex { re: self.stiffness[n], im: 0.0 }
+        z * z + z.scale(self.damping[n] + self.stiffness[n]) + Complex::new(self.stiffness[n], 0.0)
     }
 
     /// Derivative of the diagonal with respect to `z`.
     fn diagonal_slope(&self, n: usize, z: Complex) -> Complex {
-        z.scaled(2.0) + Complex { re: self.damping[n] + self.stiffness[n], im: 0.0 }
+        z.scale(2.0) + Complex::new(self.damping[n] + self.stiffness[n], 0.0)
     }
 
     fn beside(&self, z: Complex) -> Complex {
-        z.scaled(-self.damping_beside - self.stiffness_beside)
-            + Complex { re: -self.stiffness_beside, im: 0.0 }
+        z.scale(-self.damping_beside - self.stiffness_beside) + Complex::new(-self.stiffness_beside, 0.0)
     }
 
     /// The logarithmic derivative of the determinant.
     fn log_slope(&self, z: Complex) -> Complex {
         let beside = self.beside(z);
         let square = beside * beside;
-        let square_slope = beside.scaled(-2.0 * (self.damping_beside + self.stiffness_beside));
+        let square_slope = beside.scale(-2.0 * (self.damping_beside + self.stiffness_beside));
         let (mut pivot, mut slope) = (self.diagonal(0, z), self.diagonal_slope(0, z));
         let mut sum = slope / pivot;
         for n in 1..self.stiffness.len() {
@@ -106,7 +105,7 @@ impl Pencil {
             let ratio = Complex::ONE / pivot;
             slope = self.diagonal_slope(n, z) - (square_slope - square * slope * ratio) * ratio;
             pivot = self.diagonal(n, z) - square * ratio;
-            sum = sum + slope / pivot;
+            sum += slope / pivot;
         }
         sum
     }
@@ -144,12 +143,12 @@ impl Pencil {
         let (mut value, mut slope) = (Complex::ZERO, Complex::ZERO);
         for n in 0..x.len() {
             let square = x[n] * x[n];
-            value = value + square * self.diagonal(n, z);
-            slope = slope + square * self.diagonal_slope(n, z);
+            value += square * self.diagonal(n, z);
+            slope += square * self.diagonal_slope(n, z);
             if n > 0 {
-                let product = (x[n] * x[n - 1]).scaled(2.0);
-                value = value + product * beside;
-                slope = slope + product * beside_slope;
+                let product = (x[n] * x[n - 1]).scale(2.0);
+                value += product * beside;
+                slope += product * beside_slope;
             }
         }
         value / slope
@@ -161,7 +160,7 @@ impl Pencil {
             .map(|n| {
                 let left = if n > 0 { x[n - 1] } else { Complex::ZERO };
                 let right = if n + 1 < x.len() { x[n + 1] } else { Complex::ZERO };
-                x[n].scaled(self.stiffness[n]) - (left + right).scaled(self.stiffness_beside)
+                x[n].scale(self.stiffness[n]) - (left + right).scale(self.stiffness_beside)
             })
             .collect()
     }
@@ -183,16 +182,16 @@ impl Pencil {
             let discriminant = r * r / 4.0 - t;
             let root = discriminant.abs().sqrt();
             // Off the real axis and apart from each other, so that roots can become real or complex.
-            let off = Complex { re: 0.0, im: 1e-3 * t.sqrt() };
+            let off = Complex::new(0.0, 1e-3 * t.sqrt());
             if discriminant.abs() < 0.01 * t {
-                roots.push(Complex { re: -r / 2.0 + root, im: 0.0 } + off);
-                roots.push(Complex { re: -r / 2.0 - root, im: 0.0 } - off);
+                roots.push(Complex::new(-r / 2.0 + root, 0.0) + off);
+                roots.push(Complex::new(-r / 2.0 - root, 0.0) - off);
             } else if discriminant < 0.0 {
-                roots.push(Complex { re: -r / 2.0, im: root });
-                roots.push(Complex { re: -r / 2.0, im: -root });
+                roots.push(Complex::new(-r / 2.0, root));
+                roots.push(Complex::new(-r / 2.0, -root));
             } else {
-                roots.push(Complex { re: -t / (r / 2.0 + root), im: 0.0 });
-                roots.push(Complex { re: -r / 2.0 - root, im: 0.0 });
+                roots.push(Complex::new(-t / (r / 2.0 + root), 0.0));
+                roots.push(Complex::new(-r / 2.0 - root, 0.0));
             }
         }
         let mut settled = vec![false; roots.len()];
@@ -238,9 +237,9 @@ pub(crate) struct Modes {
     pairs: usize,
     /// Unit of time that makes velocities comparable with displacements.
     unit_s: f64,
-    /// From a state to real and imaginary parts of coordinates, and back: matrices stored by columns.
-    to_re: Vec<f64>,
-    to_im: Vec<f64>,
+    /// From a state to the real parts of coordinates and the imaginary ones of pairs, and back: matrices stored by
+    /// columns.
+    to: Vec<f64>,
     from_re: Vec<f64>,
     from_im: Vec<f64>,
     /// Largest force on each block by each mode of amplitude 1, stored by modes.
@@ -267,9 +266,8 @@ impl Modes {
         let pencil = Pencil::of(map);
         let (complex, real) = pencil.eigenvalues()?;
         let pairs = complex.len();
-        let values: Vec<Complex> =
-            complex.into_iter().chain(real.into_iter().map(|re| Complex { re, im: 0.0 })).collect();
-        let count = values.len();
+        let values: Vec<Complex> = complex.into_iter().chain(real.into_iter().map(Complex::from)).collect();
+        let (count, rows) = (values.len(), values.len() + pairs);
         let dt = map.step_s;
         let unit_s = (map.block_mass_kg
             / (map.elastic().spectral_bound_n_per_m() + map.stiffest_spring_n_per_m))
@@ -278,8 +276,7 @@ impl Modes {
             blocks,
             pairs,
             unit_s,
-            to_re: vec![0.0; count * 2 * blocks],
-            to_im: vec![0.0; pairs * 2 * blocks],
+            to: vec![0.0; rows * 2 * blocks],
             from_re: Vec::with_capacity(count * 2 * blocks),
             from_im: Vec::with_capacity(pairs * 2 * blocks),
             force_n: Vec::with_capacity(count * blocks),
@@ -303,31 +300,30 @@ impl Modes {
                 sum + project[n] * x[n] + (x[n] - project[n]) * by_velocity * x[n]
             });
             for n in 0..blocks {
-                let (u, v) = (project[n] / own, (x[n] - project[n]).scaled(dt / unit_s) / own);
-                modes.to_re[n * count + e] = u.re;
-                modes.to_re[(blocks + n) * count + e] = v.re;
-                if e < pairs {
-                    modes.to_im[n * pairs + e] = u.im;
-                    modes.to_im[(blocks + n) * pairs + e] = v.im;
+                let (u, v) = (project[n] / own, (x[n] - project[n]).scale(dt / unit_s) / own);
+                for (column, of) in [(n, u), (blocks + n, v)] {
+                    modes.to[column * rows + e] = of.re;
+                    if e < pairs {
+                        modes.to[column * rows + count + e] = of.im;
+                    }
                 }
             }
             // A pair adds its coordinate's part and the conjugate of that: twice the real part.
             let times = if e < pairs { 2.0 } else { 1.0 };
-            let velocity: Vec<Complex> = x.iter().map(|x| (*x * by_velocity).scaled(1.0 / dt)).collect();
-            let state = || x.iter().copied().chain(velocity.iter().map(|v| v.scaled(unit_s)));
+            let velocity: Vec<Complex> = x.iter().map(|x| (*x * by_velocity).scale(1.0 / dt)).collect();
+            let state = || x.iter().copied().chain(velocity.iter().map(|v| v.scale(unit_s)));
             modes.from_re.extend(state().map(|y| times * y.re));
             if e < pairs {
                 modes.from_im.extend(state().map(|y| -times * y.im));
             }
             modes.force_n.extend((0..blocks).map(|n| {
                 if map.detaches_by_spring {
-                    return times * x[n].scaled(map.springs_n_per_m[n]).size();
+                    return times * x[n].scale(map.springs_n_per_m[n]).size();
                 }
-                let drive = x[n].scaled(-driven[n]);
+                let drive = x[n].scale(-driven[n]);
                 let walls = map.end_bonds.iter().filter(|bond| bond.block == n);
                 let walls = walls.fold(Complex::ZERO, |sum, bond| {
-                    let pull =
-                        x[n].scaled(bond.stiffness_n_per_m) + velocity[n].scaled(bond.damping_kg_per_s);
+                    let pull = x[n].scale(bond.stiffness_n_per_m) + velocity[n].scale(bond.damping_kg_per_s);
                     sum - pull
                 });
                 times * (map.elastic().pull_n(&x, &velocity, n) + drive + walls).size()
@@ -338,9 +334,8 @@ impl Modes {
 
     /// Bytes of memory used.
     pub(crate) fn bytes(&self) -> usize {
-        let Modes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
-        let numbers: usize =
-            [to_re, to_im, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
+        let Modes { to, from_re, from_im, force_n, powers, .. } = self;
+        let numbers: usize = [to, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
         (numbers + 2 * BITS * powers.count()) * size_of::<f64>()
     }
 
@@ -352,14 +347,12 @@ impl Modes {
 
     /// Whether modes times coordinates is the identity within [`DEFECT`].
     fn span_states(&self) -> bool {
-        let (count, size) = (self.powers.count(), 2 * self.blocks);
+        let (rows, size) = (self.powers.count() + self.pairs, 2 * self.blocks);
         let mut back = vec![0.0; size];
         (0..size).all(|column| {
             // The coordinates of a unit vector are a column of the projection.
-            let re = self.to_re[column * count..][..count].to_vec();
-            let mut im = self.to_im[column * self.pairs..][..self.pairs].to_vec();
-            im.resize(count, 0.0);
-            self.compose(&Coordinates { re, im }, f64::NEG_INFINITY, &mut back);
+            let coordinates = self.coordinates(self.to[column * rows..][..rows].to_vec());
+            self.compose(&coordinates, f64::NEG_INFINITY, &mut back);
             (0..size).all(|row| {
                 let unit = if row < self.blocks { 1.0 } else { self.unit_s };
                 (back[row] * unit - f64::from(u8::from(row == column))).abs() < DEFECT
@@ -373,11 +366,16 @@ impl Modes {
         for v in &mut state[self.blocks..] {
             *v *= self.unit_s;
         }
-        let count = self.powers.count();
-        let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
-        kernels::add_columns(&mut coordinates.re, &self.to_re, &state);
-        kernels::add_columns(&mut coordinates.im[..self.pairs], &self.to_im, &state);
-        coordinates
+        let mut parts = vec![0.0; self.powers.count() + self.pairs];
+        kernels::add_columns(&mut parts, &self.to, &state);
+        self.coordinates(parts)
+    }
+
+    /// From all real parts and the imaginary parts of pairs.
+    fn coordinates(&self, mut re: Vec<f64>) -> Coordinates {
+        let mut im = re.split_off(self.powers.count());
+        im.resize(re.len(), 0.0);
+        Coordinates { re, im }
     }
 
     /// The state with these coordinates, without the last modes as long as they are no larger than
@@ -406,12 +404,12 @@ impl Modes {
         let (size, row) = (2 * self.blocks, self.blocks + block);
         let amplitude = |m: usize| {
             let im = if m < self.pairs { -self.from_im[m * size + row] } else { 0.0 };
-            let shape = Complex { re: self.from_re[m * size + row], im };
-            (shape * coordinates.at(m)).scaled(1.0 / self.unit_s)
+            let shape = Complex::new(self.from_re[m * size + row], im);
+            (shape * coordinates.at(m)).scale(1.0 / self.unit_s)
         };
         let modes: Vec<[Complex; 3]> =
             (0..self.powers.count()).map(|m| [amplitude(m), self.powers.0[0].at(m), growth.at(m)]).collect();
-        let conjugate = |x: Complex| Complex { re: x.re, im: -x.im };
+        let conjugate = |x: Complex| Complex::new(x.re, -x.im);
         let mut sum = 0.0;
         for &[a, z, grown] in &modes {
             for other in &modes {
@@ -432,7 +430,7 @@ impl Modes {
 }
 
 /// `(1 + z)^(2^p) - 1` of every mode, for all `p` that a number of steps may need.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Powers(Arc<[Coordinates]>);
 
 impl Powers {
@@ -460,7 +458,7 @@ impl Powers {
 
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        let mut growth = Coordinates { re: vec![0.0; self.count()], im: vec![0.0; self.count()] };
+        let mut growth = Coordinates::zero(self.count());
         for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
             growth.compound(&self.0[p]);
         }
@@ -476,8 +474,12 @@ impl FromIterator<Complex> for Coordinates {
 }
 
 impl Coordinates {
+    pub(crate) fn zero(modes: usize) -> Coordinates {
+        Coordinates { re: vec![0.0; modes], im: vec![0.0; modes] }
+    }
+
     pub(crate) fn at(&self, mode: usize) -> Complex {
-        Complex { re: self.re[mode], im: self.im[mode] }
+        Complex::new(self.re[mode], self.im[mode])
     }
 
     /// How large each is.

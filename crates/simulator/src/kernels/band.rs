@@ -6,8 +6,11 @@
 //! earlier rows to be multiplied with, so several rows share them ([`ROWS`]), and several sums are computed
 //! at once ([`SUMS`]), since a single one would wait for its own additions.
 
+use std::ops::{Mul, Sub};
+
 use crate::kernels::dense::{LANES, dot, sum_of};
 use crate::kernels::simd::kernel;
+use crate::modes::complex::Complex;
 
 /// Rows that are multiplied with the same earlier rows, while these are at hand.
 pub(crate) const ROWS: usize = 8;
@@ -113,22 +116,42 @@ kernel! {
     }
 }
 
+/// A number of a band.
+pub(crate) trait Entry: Copy + Mul<Output = Self> + Sub<Output = Self> {
+    /// The sum of the products of two rows, without conjugates.
+    fn dot(a: &[Self], b: &[Self]) -> Self;
+}
+
+impl Entry for f64 {
+    #[inline(always)]
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        dot(a, b)
+    }
+}
+
+impl Entry for Complex {
+    #[inline(always)]
+    fn dot(a: &[Complex], b: &[Complex]) -> Complex {
+        a.iter().zip(b).fold(Complex::ZERO, |sum, (a, b)| sum + a * b)
+    }
+}
+
 kernel! {
-    /// Solves a system by that factor.
-    fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
+    /// Solves a system by the factor of a symmetric matrix whose diagonal is inverted.
+    fn solve_band[T: Entry](x: &mut [T], band: &[T], width: usize) {
         let (rows, beside) = (band.len() / width, width - 1);
         for i in 0..rows {
             let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
             let (before, own) = x.split_at_mut(i);
-            own[0] = (own[0] - dot(&row[first + beside - i..beside], &before[first..])) * row[beside];
+            own[0] = (own[0] - T::dot(&row[first + beside - i..beside], &before[first..])) * row[beside];
         }
         for i in (0..rows).rev() {
             let (row, first) = (&band[i * width..][..width], i.saturating_sub(beside));
             let (before, own) = x.split_at_mut(i);
-            own[0] *= row[beside];
+            own[0] = own[0] * row[beside];
             let times = own[0];
             for (x, factor) in before[first..].iter_mut().zip(&row[first + beside - i..beside]) {
-                *x -= times * factor;
+                *x = *x - times * *factor;
             }
         }
     }

@@ -20,7 +20,7 @@ kernel! {
 }
 
 /// Contacts in a step. Vectors have one array for each tangential freedom.
-pub(crate) struct Rubbed<'a, const D: usize> {
+pub(crate) struct ContactInputs<'a, const D: usize> {
     pub(crate) u: [&'a [f64]; D],
     pub(crate) v: [&'a [f64]; D],
     pub(crate) anchor: [&'a [f64]; D],
@@ -48,20 +48,20 @@ const SURELY_BELOW: f64 = 1.0 - 8.0 * f64::EPSILON;
 
 kernel! {
     /// Friction of all contacts, taken from the forces from outside. Returns whether any contact may switch.
-    fn rub[const D: usize, L: ContactLaw<D>](contacts: &mut Rubbed<'_, D>, law: &L) -> bool {
+    fn apply_friction[const D: usize, L: ContactLaw<D>](contacts: &mut ContactInputs<'_, D>, law: &L) -> bool {
         match contacts.any_slides {
-            true => rub_all::<D, L, true>(contacts, law),
-            false => rub_all::<D, L, false>(contacts, law),
+            true => apply_friction_to::<D, L, true>(contacts, law),
+            false => apply_friction_to::<D, L, false>(contacts, law),
         }
     }
 }
 
 #[inline(always)]
-fn rub_all<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
-    contacts: &mut Rubbed<'_, D>,
+fn apply_friction_to<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
+    contacts: &mut ContactInputs<'_, D>,
     law: &L,
 ) -> bool {
-    let Rubbed { memory, kt, dt_over_m, .. } = *contacts;
+    let ContactInputs { memory, kt, dt_over_m, .. } = *contacts;
     let count = contacts.slip.len();
     let (slip, threshold) = (&contacts.slip[..count], &contacts.threshold[..count]);
     let sliding_friction = &contacts.sliding_friction[..count];
@@ -104,37 +104,35 @@ fn rub_all<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
     SLIDES || is_positive(beyond)
 }
 
-/// Contacts after a step. Vectors have one array for each tangential freedom.
-pub(crate) struct MovedContacts<'a, const D: usize> {
-    pub(crate) v: [&'a [f64]; D],
-    /// Friction in the step, and whether a contact slid in it.
-    pub(crate) friction: [&'a [f64]; D],
-    pub(crate) slip: &'a [f64],
-    /// Whether any contact slid.
-    pub(crate) any_slid: bool,
-}
-
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
 kernel! {
-    /// The sum of squares of the velocities of stuck contacts, and the power of the friction of sliding
-    /// ones.
-    fn rubbed_work[const D: usize](moved: &MovedContacts<'_, D>) -> [f64; 2] {
-        match moved.any_slid {
-            true => rubbed_work_of::<D, true>(moved),
-            false => rubbed_work_of::<D, false>(moved),
+    /// The sum of squares of the velocities of stuck contacts after a step, and the power of the friction of those that
+    /// slid in it, if any did. Vectors have one array for each tangential freedom.
+    fn friction_work[const D: usize](
+        v: [&[f64]; D],
+        friction: [&[f64]; D],
+        slip: &[f64],
+        any_slid: bool,
+    ) -> [f64; 2] {
+        match any_slid {
+            true => friction_work_of::<D, true>(v, friction, slip),
+            false => friction_work_of::<D, false>(v, friction, slip),
         }
     }
 }
 
 #[inline(always)]
-fn rubbed_work_of<const D: usize, const SLID: bool>(moved: &MovedContacts<'_, D>) -> [f64; 2] {
-    let contacts = moved.slip.len();
-    let slip = &moved.slip[..contacts];
+fn friction_work_of<const D: usize, const SLID: bool>(
+    v: [&[f64]; D],
+    friction: [&[f64]; D],
+    slip: &[f64],
+) -> [f64; 2] {
+    let contacts = slip.len();
     let (mut square, mut power) = ([0.0; LANES], [0.0; LANES]);
     for axis in 0..D {
-        let (v, friction) = (&moved.v[axis][..contacts], &moved.friction[axis][..contacts]);
+        let (v, friction) = (&v[axis][..contacts], &friction[axis][..contacts]);
         let mut add = |lane: usize, n: usize| {
             if SLID {
                 let slid = slip[n] != 0.0;
@@ -163,7 +161,7 @@ mod tests {
     use asperity_model::mixed;
     use asperity_model::resolve;
 
-    use super::{MovedContacts, Rubbed};
+    use super::ContactInputs;
     use crate::kernels::{self, After, by_all};
     use crate::step::law::{ContactLoops, Loops, loops};
 
@@ -203,7 +201,7 @@ mod tests {
             let [u, v, anchor, tau] = self.values.each_ref().map(all);
             let (mut outer, mut friction) =
                 ([0; D].map(|_| numbers(60, count)), [0; D].map(|_| vec![0.0; count]));
-            let hint = law.rub(&mut Rubbed {
+            let hint = law.rub(&mut ContactInputs {
                 u,
                 v,
                 anchor,
@@ -218,8 +216,7 @@ mod tests {
                 outer: outer.each_mut().map(Vec::as_mut_slice),
                 friction: friction.each_mut().map(Vec::as_mut_slice),
             });
-            let moved = MovedContacts { v, friction: all(&friction), slip: &self.slip, any_slid: any_slides };
-            let works = kernels::rubbed_work(&moved);
+            let works = kernels::friction_work(v, all(&friction), &self.slip, any_slides);
             let after = After {
                 slip: &self.slip,
                 direction: v,

@@ -115,30 +115,9 @@ kernel! {
     }
 }
 
-/// A state, for its energies.
-pub(crate) struct Stored<'a> {
-    pub(crate) chain: &'a Chain,
-    pub(crate) u: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) u_stick: &'a [f64],
-    pub(crate) slip: &'a [f64],
-    pub(crate) kt: &'a [f64],
-}
-
-/// Energies of a state, without the drive's.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct StoredEnergy {
-    /// `v v`.
-    pub(crate) square: f64,
-    /// Of springs between blocks and friction springs.
-    pub(crate) elastic_j: f64,
-}
-
 kernel! {
-    /// Energies of a state.
-    fn stored(state: &Stored<'_>) -> StoredEnergy {
-        let chain = state.chain;
-        let &Stored { u, v, u_stick, slip, kt, .. } = state;
+    /// `v v` of a state, and its energy of springs between blocks and friction springs.
+    fn stored(chain: &Chain, u: &[f64], v: &[f64], u_stick: &[f64], slip: &[f64], kt: &[f64]) -> [f64; 2] {
         let held = |u: f64, u_stick: f64, slip: f64, kt: f64| {
             select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
         };
@@ -148,10 +127,7 @@ kernel! {
             v[n] * v[n],
             held(u[n], u_stick[n], slip[n], kt[n]) + chain.bond_energy(u_next[n] - u[n])
         ]);
-        StoredEnergy {
-            square: square + v[last] * v[last],
-            elastic_j: elastic_j + held(u[last], u_stick[last], slip[last], kt[last]),
-        }
+        [square + v[last] * v[last], elastic_j + held(u[last], u_stick[last], slip[last], kt[last])]
     }
 }
 

@@ -21,9 +21,6 @@ const OVER_SQUARES: [f64; 127] = {
 /// Square of the relative size below which a term is dropped.
 const NO_PART: f64 = 1e-36;
 
-/// Real and imaginary parts, or two kinds of real numbers.
-pub(crate) struct Parts<'a>(pub(crate) &'a mut [f64], pub(crate) &'a mut [f64]);
-
 /// Interpolation between a grid and the wave numbers beside it.
 #[derive(Debug, Clone)]
 pub(crate) struct Near {
@@ -38,9 +35,8 @@ kernel! {
     /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
     /// Radix 4, with a final radix 2 if the power of two is odd; Stockham's order, which needs no bit
     /// reversal.
-    fn fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2]) {
-        let Parts(mut re, mut im) = values;
-        let Parts(mut to_re, mut to_im) = scratch;
+    fn fourier(values: [&mut [f64]; 2], scratch: [&mut [f64]; 2], turns: [&[f64]; 2]) {
+        let ([mut re, mut im], [mut to_re, mut to_im]) = (values, scratch);
         let size = re.len();
         let (mut left, mut stride, mut swapped) = (size, 1, false);
         while left > 1 {
@@ -131,8 +127,8 @@ kernel! {
 kernel! {
     /// Adds to the values at the grid points of each wave number the real parts of weights times
     /// two complex coordinates.
-    fn spread(values: Parts<'_>, near: &Near, coordinates: &[[f64; 4]]) {
-        let Parts(u, v) = values;
+    fn spread(values: [&mut [f64]; 2], near: &Near, coordinates: &[[f64; 4]]) {
+        let [u, v] = values;
         for (((of, first), re), im) in coordinates.iter().zip(&*near.first).zip(&*near.re).zip(&*near.im) {
             let from = *first as usize;
             let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
@@ -179,7 +175,7 @@ fn total(lanes: &[f64; 8]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Parts, fourier};
+    use super::fourier;
     use crate::kernels::by_all;
 
     #[test]
@@ -195,7 +191,7 @@ mod tests {
             by_all(|| {
                 let (mut to_re, mut to_im) = (re.clone(), im.clone());
                 let (mut a, mut b) = (vec![0.0; size], vec![0.0; size]);
-                fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
+                fourier([&mut to_re, &mut to_im], [&mut a, &mut b], [&cos, &sin]);
                 for k in 0..size {
                     let (mut x, mut y) = (0.0, 0.0);
                     for j in 0..size {

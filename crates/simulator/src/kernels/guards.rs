@@ -96,21 +96,11 @@ kernel! {
     }
 }
 
-/// Guards of blocks, and the limits at which they switch.
-pub(crate) struct Guarded<'a> {
-    pub(crate) now: &'a [f64],
-    pub(crate) rate: &'a [f64],
-    pub(crate) sigma: &'a [f64],
-    /// Thresholds of stuck blocks, and their relative decrease in a step.
-    pub(crate) limit: &'a [f64],
-    pub(crate) decline: f64,
-}
-
 kernel! {
-    /// Steps until the first guard would reach its limit at its present rate.
-    fn first_crossing(guarded: &Guarded<'_>) -> f64 {
-        let blocks = guarded.now.len();
-        let &Guarded { now, rate, sigma, limit, decline } = guarded;
+    /// Steps until the first guard would reach its limit at its present rate, from the thresholds of stuck blocks and
+    /// their relative decrease in a step.
+    fn first_crossing(now: &[f64], rate: &[f64], sigma: &[f64], limit: &[f64], decline: f64) -> f64 {
+        let blocks = now.len();
         let (rate, sigma, limit) = (&rate[..blocks], &sigma[..blocks], &limit[..blocks]);
         let mut first = NEVER;
         for n in 0..blocks {
@@ -120,22 +110,20 @@ kernel! {
     }
 }
 
-/// Forces and velocities of a step, and of the one before it.
-pub(crate) struct Steps<'a> {
-    pub(crate) tau: &'a [f64],
-    pub(crate) tau_before: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) v_before: &'a [f64],
-}
-
 kernel! {
     /// Steps until the first guard would reach its limit, from the forces and velocities of two
-    /// steps; thresholds fall by the share `decline` in each step.
-    fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
+    /// steps, the last first; thresholds fall by the share `decline` in each step.
+    fn crossing_ahead(
+        taus: [&[f64]; 2],
+        velocities: [&[f64]; 2],
+        slip: &[f64],
+        threshold: &[f64],
+        decline: f64,
+    ) -> f64 {
         let blocks = slip.len();
-        let &Steps { tau, tau_before, v, v_before } = steps;
-        let (tau, tau_before) = (&tau[..blocks], &tau_before[..blocks]);
-        let (v, v_before, threshold) = (&v[..blocks], &v_before[..blocks], &threshold[..blocks]);
+        let [tau, tau_before] = taus.map(|tau| &tau[..blocks]);
+        let [v, v_before] = velocities.map(|v| &v[..blocks]);
+        let threshold = &threshold[..blocks];
         let mut first = NEVER;
         for n in 0..blocks {
             let stuck = slip[n] == 0.0;

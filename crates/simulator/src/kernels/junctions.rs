@@ -46,26 +46,18 @@ kernel! {
         let (low, high, mean_anchor) =
             (&mut low_m[..contacts], &mut high_m[..contacts], &mut mean_anchor_m[..contacts]);
         let (heat, marks) = (&mut heat_j[..contacts], &mut marks[..contacts]);
-        macro_rules! of_contacts {
-            ($($name:ident = $field:ident),*) => {
-                $(let $name = &at.$field[..contacts];)*
-            };
-        }
-        of_contacts!(
-            u = u,
-            threshold = threshold_n,
-            sliding_friction = sliding_friction_n,
-            stiffness = stiffness_n_per_m
-        );
-        of_contacts!(
-            low_count = low_count,
-            high_count = high_count,
-            others = other_anchors_m,
-            due_step = due_step
-        );
-        of_contacts!(compliance = compliance_m_per_n);
-        of_contacts!(above_low = above_low_m, below_high = below_high_m);
-        of_contacts!(pinned_low = pinned_low_m, pinned_high = pinned_high_m);
+        let [u, threshold, sliding_friction, stiffness, compliance] = [
+            at.u,
+            at.threshold_n,
+            at.sliding_friction_n,
+            at.stiffness_n_per_m,
+            at.compliance_m_per_n,
+        ]
+        .map(|of| &of[..contacts]);
+        let [low_count, high_count, others, due_step] =
+            [at.low_count, at.high_count, at.other_anchors_m, at.due_step].map(|of| &of[..contacts]);
+        let [above_low, below_high, pinned_low, pinned_high] =
+            [at.above_low_m, at.below_high_m, at.pinned_low_m, at.pinned_high_m].map(|of| &of[..contacts]);
         let &Bearing { step, share, .. } = at;
         let mut any = 0;
         for n in 0..contacts {

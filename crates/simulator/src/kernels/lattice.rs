@@ -4,28 +4,6 @@ use asperity_model::Lattice;
 
 use crate::kernels::simd::kernel;
 
-/// The forces on all freedoms, and the constants of the step.
-pub(crate) struct Forces<'a> {
-    pub(crate) springs: &'a [f64],
-    pub(crate) dashpots: &'a [f64],
-    /// Friction, foundation, drive and load.
-    pub(crate) outer: &'a [f64],
-    pub(crate) dt: f64,
-    pub(crate) dt_over_m: f64,
-}
-
-/// The work of the forces in a step, in terms of its last velocities `v'` and the change of velocity
-/// `d = v' - v`.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct MovedWork {
-    /// The sum of springs times `d`.
-    pub(crate) springs: f64,
-    /// The sum of dashpots times `v'`.
-    pub(crate) dashpots: f64,
-    /// `d d`.
-    pub(crate) square: f64,
-}
-
 kernel! {
     /// The pulls of springs and of dashpots between nodes on all freedoms.
     fn lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice) {
@@ -37,12 +15,13 @@ kernel! {
 const LANES: usize = 8;
 
 kernel! {
-    /// Moves all freedoms by one step: `v += dt f / m`, `u += dt v`.
-    fn lattice_move(u: &mut [f64], v: &mut [f64], forces: &Forces<'_>) -> MovedWork {
-        let &Forces { springs, dashpots, outer, dt, dt_over_m } = forces;
+    /// Moves all freedoms by one step: `v += dt f / m`, `u += dt v`. Forces are those of springs and of dashpots, and
+    /// friction, foundation, drive and load. Returns their work in terms of the last velocities `v'` and the change of
+    /// velocity `d = v' - v`: the sums of springs times `d`, of dashpots times `v'`, and of `d d`.
+    fn lattice_move(u: &mut [f64], v: &mut [f64], forces: [&[f64]; 3], dt: f64, dt_over_m: f64) -> [f64; 3] {
         let mut sums = [[0.0; LANES]; 3];
         let ((u, u_rest), (v, v_rest)) = (u.as_chunks_mut::<LANES>(), v.as_chunks_mut::<LANES>());
-        let [springs, dashpots, outer] = [springs, dashpots, outer].map(|of| of.as_chunks::<LANES>());
+        let [springs, dashpots, outer] = forces.map(|of| of.as_chunks::<LANES>());
         let groups = u.len();
         let v = &mut v[..groups];
         let (s, d, o) = (&springs.0[..groups], &dashpots.0[..groups], &outer.0[..groups]);
@@ -66,8 +45,7 @@ kernel! {
         for lane in 0..u_rest.len() {
             move_lane!(lane, u_rest[lane], v_rest[lane], springs.1[lane], dashpots.1[lane], outer.1[lane]);
         }
-        let [springs, dashpots, square] = sums.map(|lanes| lanes.into_iter().sum());
-        MovedWork { springs, dashpots, square }
+        sums.map(|lanes| lanes.into_iter().sum())
     }
 }
 
@@ -75,7 +53,7 @@ kernel! {
 mod tests {
     use asperity_model::{Lattice, mixed};
 
-    use super::{Forces, lattice_move, lattice_pull};
+    use super::{lattice_move, lattice_pull};
     use crate::kernels::by_all;
 
     #[test]
@@ -104,15 +82,8 @@ mod tests {
                 for step in 0..20 {
                     lattice_pull(&mut springs, &mut dashpots, &u, &v, &lattice);
                     let outer = numbers(5 + step);
-                    let forces = Forces {
-                        springs: &springs,
-                        dashpots: &dashpots,
-                        outer: &outer,
-                        dt: 0.01,
-                        dt_over_m: 0.013,
-                    };
-                    let work = lattice_move(&mut u, &mut v, &forces);
-                    bits.extend([work.springs, work.dashpots, work.square].map(f64::to_bits));
+                    let work = lattice_move(&mut u, &mut v, [&springs, &dashpots, &outer], 0.01, 0.013);
+                    bits.extend(work.map(f64::to_bits));
                 }
                 bits.extend(u.iter().chain(&v).map(|x| x.to_bits()));
                 bits

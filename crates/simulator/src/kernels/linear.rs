@@ -1,15 +1,6 @@
-//! Elementary vector operations: scaling, sums, products, largest magnitudes.
+//! Elementary vector operations: sums, products, largest magnitudes.
 
 use crate::kernels::simd::kernel;
-
-kernel! {
-    /// Multiplies by a number.
-    fn scale(values: &mut [f64], by: f64) {
-        for value in values {
-            *value *= by;
-        }
-    }
-}
 
 kernel! {
     /// Converts sums of terms to SI, and adds `now` and `steps` times `rate`.

@@ -13,7 +13,7 @@ kernel! {
     /// Sets the direction of each sliding block and the friction spring of each stuck one, from
     /// its `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
     /// that it may keep.
-    fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool {
+    fn classify(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], kt: &[f64], one_way: bool) -> bool {
         let blocks = sigma.len();
         let (spring, v) = (&mut spring[..blocks], &v[..blocks]);
         let (slip, kt) = (&slip[..blocks], &kt[..blocks]);
@@ -108,7 +108,7 @@ pub(crate) struct TermChain<'a> {
     pub(crate) rigid: bool,
     /// Stiffness and damping in these units.
     pub(crate) springs: Chain,
-    /// Radiation damping of sliding blocks, likewise.
+    /// Radiation damping of sliding blocks in these units.
     pub(crate) radiation: f64,
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
@@ -121,20 +121,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) back: f64,
 }
 
-/// Long chains are processed in pieces of this many blocks, all terms of a piece one after the other, so
-/// that the data stays in cache. The results have the same bits.
-const PIECE: usize = 256;
-const WHOLE: usize = 1024;
-
-/// Offset, in blocks, between the pieces of a term and those of the previous term. A term needs one
-/// neighbour of every block, and the lag keeps vectors aligned.
-const LAG: usize = 8;
-
-/// Computes each next term by the recurrence of the polynomials, and the guards of the terms.
-///
-/// `strain` is scratch for the strains of two terms, with a place on either side. Later terms overwrite
-/// what a piece leaves there, except for the last [`LAG`] blocks, which the next piece of the same term
-/// needs.
+/// Computes each next term by the recurrence of the polynomials, and the guards of the terms. The strains of two terms
+/// have a place on either side.
 pub(crate) fn terms(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, behind: Range<usize>) {
     let blocks = chain.sigma.len();
     let Terms { u, v, guard, pitch } = rows;
@@ -143,55 +131,35 @@ pub(crate) fn terms(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain
     let (of_u, of_v) = (&u[first..first + blocks], &v[first..first + blocks]);
     first_strains(now, of_u, of_v, &chain.springs);
     for bond in chain.at_ends {
-        join_end(&mut now[..blocks + 2], of_u, of_v, bond);
-    }
-    let all = blocks + LAG * behind.len();
-    // An end that is joined to the other one needs it at once.
-    let is_closed = chain.at_ends.iter().any(|bond| bond.other.is_some());
-    let piece = if blocks > WHOLE && !is_closed { PIECE } else { all };
-    for piece_from in (0..all).step_by(piece) {
-        for (j, lag) in behind.clone().zip((0..).step_by(LAG)) {
-            let from = piece_from.saturating_sub(lag);
-            let to = (piece_from + piece).saturating_sub(lag).min(blocks);
-            if from < to {
-                let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
-                let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
-                // The first term has no predecessor.
-                let before = j.saturating_sub(1) * pitch + from;
-                let term = Term {
-                    u: &known_u[j * pitch + from..],
-                    v: &known_v[j * pitch + from..],
-                    before_u: &known_u[before..],
-                    before_v: &known_v[before..],
-                    strain: &now[from..],
-                    spring: &chain.spring[from..to],
-                    sigma: &chain.sigma[from..to],
-                    first: j == 0,
-                };
-                let next_strain = &mut next[from..to + 2];
-                let next_guard = &mut guard[j * pitch..][from..to];
-                let (own_u, own_v) = (&mut next_u[from..to], &mut next_v[from..to]);
-                next_term(own_u, own_v, next_strain, next_guard, &term, chain);
-                // The own strains of free ends are repeated beyond them.
-                if from == 0 {
-                    next[0] = next[1];
-                }
-                if to == blocks {
-                    next[blocks + 1] = next[blocks];
-                }
-                for bond in chain.at_ends.iter().filter(|bond| (from..to).contains(&bond.block)) {
-                    join_end(&mut next[..blocks + 2], next_u, next_v, bond);
-                }
-            }
-            std::mem::swap(&mut now, &mut next);
-        }
-        // Every piece begins with the strains of the same term.
-        if behind.len() % 2 == 1 {
-            std::mem::swap(&mut now, &mut next);
-        }
+        join_end(now, of_u, of_v, bond);
     }
     for j in behind {
-        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+        let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
+        let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+        // The first term has no predecessor.
+        let (at, before) = (j * pitch, j.saturating_sub(1) * pitch);
+        let term = Term {
+            u: &known_u[at..],
+            v: &known_v[at..],
+            before_u: &known_u[before..],
+            before_v: &known_v[before..],
+            strain: now,
+            first: j == 0,
+        };
+        let guard = &mut guard[at..][..blocks];
+        next_term(&mut next_u[..blocks], &mut next_v[..blocks], next, guard, &term, chain);
+        // The own strains of free ends are repeated beyond them.
+        (next[0], next[blocks + 1]) = (next[1], next[blocks]);
+        for bond in chain.at_ends {
+            join_end(next, next_u, next_v, bond);
+        }
+        // The drive's part of the guards of stuck blocks.
+        for &(n, drive) in chain.driven {
+            if chain.sigma[n] == 0.0 {
+                guard[n] -= drive * term.u[n];
+            }
+        }
+        std::mem::swap(&mut now, &mut next);
     }
 }
 
@@ -206,16 +174,6 @@ fn join_end(strain: &mut [f64], u: &[f64], v: &[f64], bond: &EndBond) {
     }
 }
 
-/// The drive's part of the guards of stuck blocks.
-#[inline(always)]
-fn hold_driven(guard: &mut [f64], u: &[f64], chain: &TermChain<'_>) {
-    for &(n, drive) in chain.driven {
-        if chain.sigma[n] == 0.0 {
-            guard[n] -= drive * u[n];
-        }
-    }
-}
-
 /// The current term, and the one before it.
 pub(crate) struct Term<'a> {
     u: &'a [f64],
@@ -225,16 +183,8 @@ pub(crate) struct Term<'a> {
     /// `stiffness u + damping v` of each block, between its two neighbours. The values of the ends are
     /// repeated beyond them, which makes the ends free; the pull of what joins an end is added there.
     strain: &'a [f64],
-    /// The part of [`TermChain`] for these blocks.
-    spring: &'a [f64],
-    sigma: &'a [f64],
     first: bool,
 }
-
-/// How the previous term enters the next one: not at all, added, subtracted.
-const FIRST: i8 = 0;
-const PLUS: i8 = 1;
-const MINUS: i8 = -1;
 
 kernel! {
     /// The strains of a term.
@@ -244,7 +194,7 @@ kernel! {
 }
 
 kernel! {
-    /// A part of the next term, with its strains, and the guards of this one.
+    /// The next term, with its strains, and the guards of this one.
     fn next_term(
         next_u: &mut [f64],
         next_v: &mut [f64],
@@ -253,67 +203,27 @@ kernel! {
         term: &Term<'_>,
         chain: &TermChain<'_>,
     ) {
-        match (term.first, chain.back > 0.0) {
-            (true, _) => next_term_of::<FIRST>(next_u, next_v, next_strain, guard, term, chain),
-            (_, true) => next_term_of::<PLUS>(next_u, next_v, next_strain, guard, term, chain),
-            (_, false) => next_term_of::<MINUS>(next_u, next_v, next_strain, guard, term, chain),
+        let blocks = next_u.len();
+        let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
+        let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
+        let next_here = &mut next_strain[1..][..blocks];
+        let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
+        let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
+        let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
+        let &TermChain { springs, radiation, rigid, by, stay, .. } = chain;
+        // The first term has no predecessor.
+        let (share, back) = if term.first { (0.5, 0.0) } else { (1.0, chain.back) };
+        for n in 0..blocks {
+            let stuck = sigma[n] == 0.0;
+            let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
+            let force = pull - spring[n] * u[n] - select_unpredictable(stuck, 0.0, radiation * v[n]);
+            let change = select_unpredictable(rigid & stuck, 0.0, force);
+            let new_v = share * (change + (stay * v[n] + back * before_v[n]));
+            let new_u = share * ((change + by * v[n]) + (stay * u[n] + back * before_u[n]));
+            next_v[n] = new_v;
+            next_u[n] = new_u;
+            next_here[n] = springs.strain(new_u, new_v);
+            guard[n] = select_unpredictable(stuck, pull, v[n]);
         }
-    }
-}
-
-#[inline(always)]
-fn next_term_of<const BACK: i8>(
-    u: &mut [f64],
-    v: &mut [f64],
-    strain: &mut [f64],
-    guard: &mut [f64],
-    term: &Term<'_>,
-    chain: &TermChain<'_>,
-) {
-    match (chain.rigid, chain.radiation > 0.0) {
-        (false, false) => next_term_by::<BACK, false, false>(u, v, strain, guard, term, chain),
-        (true, false) => next_term_by::<BACK, true, false>(u, v, strain, guard, term, chain),
-        (false, true) => next_term_by::<BACK, false, true>(u, v, strain, guard, term, chain),
-        (true, true) => next_term_by::<BACK, true, true>(u, v, strain, guard, term, chain),
-    }
-}
-
-#[inline(always)]
-fn next_term_by<const BACK: i8, const RIGID: bool, const RADIATES: bool>(
-    next_u: &mut [f64],
-    next_v: &mut [f64],
-    next_strain: &mut [f64],
-    guard: &mut [f64],
-    term: &Term<'_>,
-    chain: &TermChain<'_>,
-) {
-    let blocks = next_u.len();
-    let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
-    let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
-    let next_here = &mut next_strain[1..][..blocks];
-    let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
-    let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
-    let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
-    let &TermChain { springs, radiation, by, stay, .. } = chain;
-    for n in 0..blocks {
-        let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
-        let mut change = pull - spring[n] * u[n];
-        if RADIATES {
-            change -= select_unpredictable(sigma[n] == 0.0, 0.0, radiation * v[n]);
-        }
-        if RIGID {
-            change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
-        }
-        let go_on = |change: f64, stays: f64, before: f64| match BACK {
-            FIRST => 0.5 * (change + stays),
-            PLUS => change + (stays + before),
-            _ => change + (stays - before),
-        };
-        let new_v = go_on(change, stay * v[n], before_v[n]);
-        let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
-        next_v[n] = new_v;
-        next_u[n] = new_u;
-        next_here[n] = springs.strain(new_u, new_v);
-        guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
 }

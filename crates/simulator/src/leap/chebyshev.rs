@@ -63,9 +63,9 @@ pub(crate) struct Length {
     /// Most terms for this length.
     pub(crate) terms: usize,
     /// Largest `|c_j(i)|` for `i` up to `steps`.
-    pub(crate) whole: [f64; MOST_TERMS],
+    pub(crate) whole: [f64; FOLLOWED],
     /// Largest `|c_j(i)|` for `i` between the next shorter length and `steps`.
-    pub(crate) last: [f64; MOST_TERMS],
+    pub(crate) last: [f64; FOLLOWED],
     /// Largest `|s_j(steps)|`.
     pub(crate) largest: f64,
     /// `(focus / 2) sum_{l<steps} |c_j(l)|`, and this summed up twice.
@@ -101,9 +101,9 @@ pub(crate) struct Chebyshev {
     /// In ascending order of steps; empty if the time step is too coarse for windows.
     pub(crate) lengths: Vec<Length>,
     /// `s_j` for every [`GRID_STEPS`]-th number of steps, from 0.
-    double_sums: Vec<[f64; MOST_TERMS]>,
+    double_sums: Vec<[f64; FOLLOWED]>,
     /// `sum_{l<i} s_j(l)` for the same numbers of steps.
-    triple_sums: Vec<[f64; MOST_TERMS]>,
+    triple_sums: Vec<[f64; FOLLOWED]>,
 }
 
 impl Chebyshev {
@@ -132,12 +132,12 @@ impl Chebyshev {
     }
 
     /// `s_j` of a number of steps on the grid.
-    pub(crate) fn double_sum(&self, steps: u64) -> &[f64; MOST_TERMS] {
+    pub(crate) fn double_sum(&self, steps: u64) -> &[f64; FOLLOWED] {
         &self.double_sums[(steps / GRID_STEPS) as usize]
     }
 
     /// `sum_{l<steps} s_j(l)` of a number of steps on the grid.
-    pub(crate) fn triple_sum(&self, steps: u64) -> &[f64; MOST_TERMS] {
+    pub(crate) fn triple_sum(&self, steps: u64) -> &[f64; FOLLOWED] {
         &self.triple_sums[(steps / GRID_STEPS) as usize]
     }
 
@@ -148,8 +148,8 @@ impl Chebyshev {
         for i in 0..=lengths.last().copied().unwrap_or(0) {
             // The coefficients are now those of `i` steps.
             if i % GRID_STEPS == 0 {
-                self.double_sums.push(first_of(&c.double));
-                self.triple_sums.push(first_of(&c.triple));
+                self.double_sums.push(c.double);
+                self.triple_sums.push(c.triple);
             }
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
@@ -157,8 +157,8 @@ impl Chebyshev {
                 self.lengths.push(Length {
                     steps: i,
                     terms,
-                    whole: first_of(&c.whole),
-                    last: first_of(&c.last),
+                    whole: c.whole,
+                    last: c.last,
                     largest: c.double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
                     sums: [0, 2].map(|order| std::array::from_fn(|j| half * c.sums[order][j])),
                 });
@@ -168,11 +168,6 @@ impl Chebyshev {
             kernels::next_coefficients(&mut c);
         }
     }
-}
-
-/// The coefficients of the first [`MOST_TERMS`] terms.
-fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
-    std::array::from_fn(|j| coefficients[j])
 }
 
 /// A point of the complex plane.

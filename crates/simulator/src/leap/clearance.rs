@@ -29,7 +29,7 @@ impl Clearance {
         force.abs() < room
     }
 
-    /// Adds a force along `D` axes whose magnitude must stay below a room that changes likewise.
+    /// Adds a force along `D` axes whose magnitude must stay below such a room.
     ///
     /// The magnitude of a force that is linear in time is convex, so what remains of the room is concave: it
     /// stays above 0 up to any step in which it is, if it is now.
@@ -69,14 +69,6 @@ impl Clearance {
         size < room
     }
 
-    /// Adds a quantity that must stay above 0 and falls by `closing` in a step. Returns false if it is not
-    /// above 0 now.
-    #[inline]
-    pub(crate) fn stays_above(&mut self, room: f64, closing: f64) -> bool {
-        self.close_in(room, closing);
-        room > 0.0
-    }
-
     /// Adds the sum of the driving forces, which must not reach the load that stops the drive: its present
     /// value, under a load, with the amplitude of its oscillation and a reserve.
     pub(crate) fn stays_below_stop(
@@ -87,7 +79,8 @@ impl Clearance {
         [swing, reserve]: [f64; 2],
     ) -> bool {
         let room = stop.under_n(load) * (1.0 - ROUNDING) - swing - reserve - force;
-        self.stays_above(room, rate - stop.change_n(ramp))
+        self.close_in(room, rate - stop.change_n(ramp));
+        room > 0.0
     }
 
     #[inline]

@@ -122,22 +122,24 @@ impl Costs {
         GRID_STEPS / 2 + work.terms / 3
     }
 
-    /// Projecting a state onto stored modes, or composing it from them.
+    /// Whether the modes of the chain are standing waves, which are not stored.
+    fn is_long(self) -> bool {
+        self.blocks > LONG_CHAIN as u64
+    }
+
+    /// Projecting a state onto the modes, or composing it from them.
     pub(crate) fn modes_steps(self) -> u64 {
-        JUMP_STEPS + 3 * self.blocks * self.blocks / (BLOCKS_OF_A_CALL + self.blocks)
+        match self.is_long() {
+            true => WAVE_STEPS * u64::from(self.blocks.ilog2()),
+            false => JUMP_STEPS + 3 * self.blocks * self.blocks / (BLOCKS_OF_A_CALL + self.blocks),
+        }
     }
 
-    /// Projecting a state onto standing waves, or composing it from them.
-    pub(crate) fn waves_steps(self) -> u64 {
-        WAVE_STEPS * u64::from(self.blocks.max(1).ilog2())
-    }
-
-    /// Whether computing all modes of the chain pays in a run of `steps` steps. `are_stored`
-    /// distinguishes stored modes from the standing waves of long chains.
-    pub(crate) fn all_modes_pay(self, steps: u64, are_stored: bool) -> bool {
-        let cost_steps = match are_stored {
-            true => 5 * self.blocks.pow(3) / (BLOCKS_OF_A_CALL + self.blocks),
-            false => STEPS_OF_ALL_WAVES,
+    /// Whether computing all modes of the chain pays in a run of `steps` steps.
+    pub(crate) fn all_modes_pay(self, steps: u64) -> bool {
+        let cost_steps = match self.is_long() {
+            true => STEPS_OF_ALL_WAVES,
+            false => 5 * self.blocks.pow(3) / (BLOCKS_OF_A_CALL + self.blocks),
         };
         cost_steps <= MODES_FOR_FREE_STEPS.max(steps / RUNS_OF_MODES)
     }
@@ -150,8 +152,8 @@ pub(crate) fn products_steps(blocks: u64) -> u64 {
 }
 
 /// Length of a window that saves as much as it costs, if terms cost what steps do.
-pub(crate) fn least_window_steps(work: Work) -> u64 {
-    WINDOW_STEPS + work.terms
+pub(crate) fn least_window_steps(terms: u64) -> u64 {
+    WINDOW_STEPS + terms
 }
 
 /// Both ends of a span of the energies.

@@ -33,7 +33,7 @@ use crate::step::single_step::{Driving, SingleSteps};
 use crate::step::stepper::Stepper;
 
 /// The many steps at once that a body allows.
-pub(crate) trait Leaps: Clone + Debug + Send + 'static {
+pub(crate) trait Leaps: Debug + Send + 'static {
     /// The stepper for single steps.
     type Body: OfPlan;
     /// A leap that was opened.
@@ -42,22 +42,19 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     /// For the runs of a plan.
     fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic) -> Self;
 
-    /// Opens a leap of at most `most_steps` steps, if one is certified; otherwise returns the number of
-    /// single steps to take before the next attempt. If the stop has come meanwhile, nothing has happened.
-    fn open(&mut self, solver: &mut Open<'_, Self::Body>, most_steps: u64) -> Result<Self::Leap, u64>;
-
-    /// Steps that a leap covers.
-    fn steps(&self, leap: Self::Leap) -> u64;
+    /// Opens a leap of at most `most_steps` steps, if one is certified, and returns how many it covers; otherwise the
+    /// number of single steps to take before the next attempt. If the stop has come meanwhile, nothing has happened.
+    fn open(&mut self, solver: &mut Open<'_, Self::Body>, most_steps: u64) -> Result<(Self::Leap, u64), u64>;
 
     /// Takes a leap, counts it and pays for it. A single step follows it, to compute the forces of the new
     /// state.
-    fn land(&mut self, leap: Self::Leap, solver: &mut Open<'_, Self::Body>);
+    fn land(&mut self, leap: Self::Leap, steps: u64, solver: &mut Open<'_, Self::Body>);
 
     /// The cost of a state inside a leap, in single steps.
     fn steps_of_sample(&self, leap: Self::Leap) -> u64;
 
     /// Writes the state `into` steps into the leap; samples come in the order of time.
-    fn sample(&mut self, leap: Self::Leap, into: u64, plan: &Plan, aside: &mut Stepper<Self::Body>);
+    fn sample(&mut self, leap: Self::Leap, into: u64, plan: &Plan, sampler: &mut Stepper<Self::Body>);
 
     /// Prepares the energies for the few steps from a sample to the next; returns for how many single steps
     /// that is.
@@ -66,8 +63,13 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     }
 
     /// Energies `into` steps into the leap.
-    fn energy(&mut self, leap: Self::Leap, into: u64, plan: &Plan, aside: &mut Stepper<Self::Body>)
-    -> Energy;
+    fn energy(
+        &mut self,
+        leap: Self::Leap,
+        into: u64,
+        plan: &Plan,
+        sampler: &mut Stepper<Self::Body>,
+    ) -> Energy;
 
     /// Number of single steps to take after one without a switch, and the cost of that prediction; `(0, 0)`
     /// to try a leap.
@@ -99,7 +101,7 @@ pub(crate) struct Open<'a, B> {
 }
 
 /// The solver that leaps where it can.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Fast<L: Leaps> {
     plan: Arc<Plan>,
     stepper: Stepper<L::Body>,
@@ -107,13 +109,13 @@ pub(crate) struct Fast<L: Leaps> {
     recorder: Recorder,
     leaps: L,
     /// For records inside a leap, and for the number of single steps that computing them costs.
-    aside: Stepper<L::Body>,
-    aside_steps: u64,
-    /// Whether `aside` is the state of the last record inside the open leap.
+    sampler: Stepper<L::Body>,
+    sampler_steps: u64,
+    /// Whether `sampler` is the state of the last record inside the open leap.
     is_inside: bool,
-    /// The leap that is open: the state stays at its start until all that is due within it has been
-    /// handed out.
-    leap: Option<L::Leap>,
+    /// The leap that is open, and the steps that it covers: the state stays at its start until all that is due within
+    /// it has been handed out.
+    leap: Option<(L::Leap, u64)>,
     counters: Counters,
 }
 
@@ -133,8 +135,8 @@ impl<L: Leaps> Fast<L> {
         Fast {
             recorder: Recorder::at_start(&plan, &mut stepper),
             leaps: L::of(&plan, elastic),
-            aside: stepper.clone(),
-            aside_steps: 0,
+            sampler: stepper.clone(),
+            sampler_steps: 0,
             is_inside: false,
             pace: Pace::at_start(&plan),
             plan,
@@ -189,37 +191,37 @@ impl<L: Leaps> Fast<L> {
     }
 
     /// Records the next step of the leap that is due, or lands at its end.
-    fn continue_leap(&mut self, leap: L::Leap, stop: &Stop<'_>) -> Result<(), SimulationError> {
+    fn continue_leap(&mut self, leap: L::Leap, steps: u64, stop: &Stop<'_>) -> Result<(), SimulationError> {
         let from_step = self.stepper.state().step;
         let due_step = self.recorder.due_step();
-        if due_step <= from_step + self.leaps.steps(leap) {
+        if due_step <= from_step + steps {
             return self.record_within(leap, due_step - from_step);
         }
         self.leap = None;
         self.is_inside = false;
         let (leaps, mut solver) = self.open(stop);
-        leaps.land(leap, &mut solver);
+        leaps.land(leap, steps, &mut solver);
         self.take_plain_step()
     }
 
     /// Records the step that is `into` steps into the leap.
     fn record_within(&mut self, leap: L::Leap, into: u64) -> Result<(), SimulationError> {
         let due_step = self.stepper.state().step + into;
-        let steps_on = due_step.saturating_sub(self.aside.state().step);
-        self.aside_steps = if self.is_inside && steps_on <= self.leaps.steps_of_sample(leap) {
-            self.aside_steps.max(self.leaps.go_on(steps_on, &self.plan, &mut self.aside))
+        let steps_on = due_step.saturating_sub(self.sampler.state().step);
+        self.sampler_steps = if self.is_inside && steps_on <= self.leaps.steps_of_sample(leap) {
+            self.sampler_steps.max(self.leaps.go_on(steps_on, &self.plan, &mut self.sampler))
         } else {
-            self.aside.state_mut().clone_from(self.stepper.state());
-            self.leaps.sample(leap, into - 1, &self.plan, &mut self.aside);
+            self.sampler.state_mut().clone_from(self.stepper.state());
+            self.leaps.sample(leap, into - 1, &self.plan, &mut self.sampler);
             0
         };
         let mut driving = Driving { total_n: 0.0, ends_n: None };
-        while self.aside.state().step < due_step {
-            driving = self.aside.take_step(self.aside_steps);
+        while self.sampler.state().step < due_step {
+            driving = self.sampler.take_step(self.sampler_steps);
         }
         self.is_inside = true;
-        let energy = self.leaps.energy(leap, into, &self.plan, &mut self.aside);
-        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false).map(drop)
+        let energy = self.leaps.energy(leap, into, &self.plan, &mut self.sampler);
+        self.recorder.record(&self.plan, self.sampler.state(), driving, energy, &[], false).map(drop)
     }
 }
 
@@ -239,8 +241,8 @@ impl<L: Leaps> Solver for Fast<L> {
             if self.stepper.state().step >= self.plan.steps {
                 return Ok(Next::End);
             }
-            if let Some(leap) = self.leap {
-                self.continue_leap(leap, stop)?;
+            if let Some((leap, steps)) = self.leap {
+                self.continue_leap(leap, steps, stop)?;
                 continue;
             }
             if self.step() >= look_step {

@@ -28,25 +28,24 @@ pub(crate) struct Window {
     foreseen_steps: f64,
     /// Terms used for it.
     terms_taken: usize,
-    /// Whether no length of window pays in this chain, which is long.
-    never_pays: bool,
+    /// Whether no length of window pays in this chain, which is long; then none is tried.
+    pub(crate) never_pays: bool,
     /// Sums of displacements over the states inside the window.
-    ways_m: Vec<f64>,
+    sums_m: Vec<f64>,
 }
 
 impl Window {
     pub(crate) fn new(plan: &Plan, chain: &Chain) -> Window {
         let expansion = Expansion::new(plan, chain);
         let lengths = &expansion.basis.lengths;
-        let work = |terms| Work { terms, places: 0 };
-        let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
+        let pays = |length: &Length| length.steps > cost::least_window_steps(length.terms as u64);
         Window {
             never_pays: plan.blocks > LONG_CHAIN && !lengths.iter().any(pays),
             expansion,
             certificate: Certificate::new(plan),
             foreseen_steps: 0.0,
             terms_taken: 0,
-            ways_m: vec![0.0; plan.blocks],
+            sums_m: vec![0.0; plan.blocks],
         }
     }
 
@@ -71,11 +70,6 @@ impl Window {
     /// Work of the last attempt to open a window.
     pub(crate) fn work(&self) -> Work {
         Work { terms: self.terms_taken as u64, places: self.certificate.places }
-    }
-
-    /// Whether no window of this long chain pays; then none is tried.
-    pub(crate) fn never_pays(&self) -> bool {
-        self.never_pays
     }
 
     /// Predicts the steps until the first switch, by linear extrapolation of forces and velocities.
@@ -135,7 +129,7 @@ impl Window {
 
     /// Goes on by a number of steps on the grid of [`GRID_STEPS`], as many as fit into `steps`, and adds their energies.
     pub(crate) fn advance(&mut self, plan: &Plan, steps: u64, state: &mut SliderState, accounts: &Accounts) {
-        let Window { expansion, ways_m, .. } = self;
+        let Window { expansion, sums_m, .. } = self;
         let steps = steps / GRID_STEPS * GRID_STEPS;
         expansion.compose(plan, steps, state);
         let from_step = state.step;
@@ -149,10 +143,10 @@ impl Window {
             accounts.add_drive(plan, state, from_step, steps, sum_m, first_m);
             return;
         }
-        expansion.displacement_sums_m(ways_m, steps, coefficients);
-        accounts.add_drive(plan, state, from_step, steps, |n| ways_m[n], first_m);
+        expansion.displacement_sums_m(sums_m, steps, coefficients);
+        accounts.add_drive(plan, state, from_step, steps, |n| sums_m[n], first_m);
         // Sum over the states after each step: without the first state, with the last.
-        accounts.fade(plan, &mut state.energy, ways_m, 1.0);
+        accounts.fade(plan, &mut state.energy, sums_m, 1.0);
         accounts.fade(plan, &mut state.energy, start_m, -1.0);
         accounts.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
     }

@@ -25,7 +25,7 @@
 
 use std::sync::Arc;
 
-use crate::kernels::{self, NEAR, Near, Parts};
+use crate::kernels::{self, NEAR, Near};
 use crate::modes::complex::Complex;
 
 /// Half the width of the kernel, in points of the grid.
@@ -134,7 +134,7 @@ impl Cosines {
         let [of_u, of_v] = &mut self.grid;
         of_u.fill(0.0);
         of_v.fill(0.0);
-        kernels::spread(Parts(of_u, of_v), &self.near, coordinates);
+        kernels::spread([of_u, of_v], &self.near, coordinates);
         for grid in [of_u, of_v] {
             for beyond in 1..=BEYOND {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
@@ -165,7 +165,7 @@ impl Cosines {
     fn transform(&mut self) {
         let [re, im] = &mut self.values;
         let [a, b] = &mut self.scratch;
-        kernels::fourier(Parts(re, im), Parts(a, b), [&self.turns[0], &self.turns[1]]);
+        kernels::fourier([re, im], [a, b], [&self.turns[0], &self.turns[1]]);
     }
 }
 
@@ -198,7 +198,7 @@ impl Near {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
-            let at = q.scaled(1.0 / spacing);
+            let at = q.scale(1.0 / spacing);
             let is_near = (0.0..=size as f64).contains(&at.re) && at.im.abs() <= LARGEST_IMAGINARY;
             if !is_near {
                 return None;
@@ -207,8 +207,8 @@ impl Near {
             let [mut of_re, mut of_im] = [[0.0; NEAR]; 2];
             for (t, (re, im)) in of_re.iter_mut().zip(&mut of_im).enumerate() {
                 // `I_0(beta sqrt(1 - (t / w)^2))`
-                let share = (at - Complex::from(from + t as f64)).scaled(1.0 / HALF_WIDTH);
-                let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
+                let share = (at - Complex::from(from + t as f64)).scale(1.0 / HALF_WIDTH);
+                let quarter = (Complex::ONE - share * share).scale(beta() * beta() / 4.0);
                 (*re, *im) = (quarter.re, quarter.im);
             }
             kernels::bessel(&mut of_re, &mut of_im);
@@ -231,7 +231,7 @@ fn over_psi(reach: f64) -> f64 {
 mod tests {
     use super::Cosines;
     use crate::kernels::by_all;
-    use crate::modes::complex::Complex;
+    use crate::modes::complex::{Complex, Functions};
 
     /// Size of velocities, for displacements of size 1.
     const V_SIZE: f64 = 1e-9;
@@ -248,7 +248,7 @@ mod tests {
                 (0..blocks).map(|j| ((j * j * 7919 + seed * (j + 1)) % 101) as f64 / 101.0 - 0.5).collect()
             };
             let (u, v) = (pattern(3), pattern(17).iter().map(|x| V_SIZE * x).collect::<Vec<_>>());
-            let cosine = |j: usize, block: usize| wave(j).scaled(n - block as f64 - 0.5).sin_cos().1;
+            let cosine = |j: usize, block: usize| wave(j).scale(n - block as f64 - 0.5).sin_cos().1;
             by_all(|| {
                 let mut cosines = Cosines::of((0..blocks).map(wave), blocks).unwrap();
                 let mut sums = Vec::new();
@@ -256,7 +256,7 @@ mod tests {
                 let allowed = 1e-14 * n;
                 for (j, sums) in sums.iter().enumerate() {
                     let sum =
-                        |f: &[f64]| (0..blocks).fold(Complex::ZERO, |sum, b| sum + cosine(j, b).scaled(f[b]));
+                        |f: &[f64]| (0..blocks).fold(Complex::ZERO, |sum, b| sum + cosine(j, b).scale(f[b]));
                     for (part, exact) in [sum(&u).re, sum(&u).im, sum(&v).re, sum(&v).im].iter().enumerate() {
                         let off = (sums[part] - exact).abs() / if part < 2 { 1.0 } else { V_SIZE };
                         assert!(off < allowed, "{blocks}, {j}: {} {exact}", sums[part]);

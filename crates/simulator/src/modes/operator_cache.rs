@@ -19,8 +19,11 @@ use crate::modes::propagator::Propagator;
 const MOST_BYTES: usize = 48 << 20;
 
 /// Cached results, the most recently used first.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct OperatorCache(Mutex<VecDeque<Arc<Found>>>);
+
+/// The cache of this process.
+pub(crate) static HERE: OperatorCache = OperatorCache(Mutex::new(VecDeque::new()));
 
 /// Results for one propagator.
 #[derive(Debug)]
@@ -43,16 +46,6 @@ impl OperatorCache {
     #[cfg(test)]
     pub(crate) fn forget_all(&self) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
-    }
-
-    /// The cache of this process.
-    pub(crate) const HERE: &'static OperatorCache = {
-        static HERE: OperatorCache = OperatorCache::nothing();
-        &HERE
-    };
-
-    const fn nothing() -> OperatorCache {
-        OperatorCache(Mutex::new(VecDeque::new()))
     }
 
     /// The polynomials of windows.
@@ -127,7 +120,7 @@ mod tests {
 
     #[test]
     fn what_no_map_depends_on_is_found_once_and_all_else_anew() {
-        let cache = OperatorCache::nothing();
+        let cache = OperatorCache::default();
         let first = (basis(&cache, &plan(&[])), modes(&cache, &plan(&[])).unwrap());
         for set in [
             "normal_load.tilt=0.5",
@@ -187,7 +180,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_the_oldest_goes_first() {
-        let cache = OperatorCache::nothing();
+        let cache = OperatorCache::default();
         let bytes = || cache.0.lock().unwrap().iter().map(|found| found.bytes()).sum::<usize>();
         let of = |blocks: usize| plan(&[&format!("slider.blocks={blocks}")]);
         let used = Arc::downgrade(&basis(&cache, &of(2)));

@@ -1,17 +1,17 @@
 //! The slow modes of a stuck lattice, used for its jumps ([`crate::leap::jump::lattice`]): the stuck lattice with
 //! its stiffness as a band ([`stuck`]), the motions that its mirror symmetry keeps apart ([`mirror`]), its slow
-//! modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and the quantities shared by all jumps of a run
-//! ([`precomputed`]).
+//! modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and what each does to contacts ([`class_modes`]).
 
 mod arnoldi;
 mod assembly;
-mod complex_band;
+mod class_modes;
 mod eigen;
+mod factor;
 mod inverse;
 mod mirror;
-mod precomputed;
 mod stuck;
 
-pub(crate) use mirror::mirrors_itself;
-pub(crate) use precomputed::{ClassModes, Precomputed, pressed};
-pub(crate) use stuck::{Sizes, StuckLattice};
+pub(crate) use arnoldi::SlowModes;
+pub(crate) use class_modes::{ClassModes, top_loads};
+pub(crate) use mirror::{Motions, mirrors_itself};
+pub(crate) use stuck::{StuckLattice, SystemSizes};

@@ -31,7 +31,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::nonuniform_cosines::Cosines;
 use crate::modes::{Coordinates, Powers};
 
@@ -91,11 +91,11 @@ struct Constants {
 impl Constants {
     /// `z` of a wave number: the root of its equation with this sign of the square root.
     fn root(&self, q: Complex, sign: f64) -> Complex {
-        let (sin, _) = q.scaled(0.5).sin_cos();
-        let shape = (sin * sin).scaled(4.0);
-        let t = shape.scaled(self.kappa) + self.s.into();
-        let half = (t + shape.scaled(self.d)).scaled(0.5);
-        let root = (half * half - t).sqrt();
+        let (sin, _) = q.scale(0.5).sin_cos();
+        let shape = (sin * sin).scale(4.0);
+        let t = shape.scale(self.kappa) + Complex::from(self.s);
+        let half = (t + shape.scale(self.d)).scale(0.5);
+        let root = (half * half - t).root();
         // Of a pair, the root above the axis, whichever side rounding puts it on.
         let root = if root.im < -root.re { Complex::ZERO - root } else { root };
         if sign < 0.0 {
@@ -123,14 +123,14 @@ impl Constants {
         let mut z = self.root(q, sign);
         for _ in 0..MOST_ROUNDS {
             let grown = Complex::ONE + z;
-            let c = grown.scaled(self.sigma) / (z.scaled(self.d) + grown.scaled(self.kappa));
+            let c = grown.scale(self.sigma) / (z.scale(self.d) + grown.scale(self.kappa));
             let rest = Complex::from(2.0) - c;
-            let ((sin, cos), (half_sin, half_cos)) = (q.scaled(blocks).sin_cos(), q.scaled(0.5).sin_cos());
+            let ((sin, cos), (half_sin, half_cos)) = (q.scale(blocks).sin_cos(), q.scale(0.5).sin_cos());
             let misfit = rest * sin * half_sin - c * cos * half_cos;
-            let slope = rest * (cos * half_sin).scaled(blocks)
-                + (rest * sin * half_cos).scaled(0.5)
-                + c * (sin * half_cos).scaled(blocks)
-                + (c * cos * half_sin).scaled(0.5);
+            let slope = rest * (cos * half_sin).scale(blocks)
+                + (rest * sin * half_cos).scale(0.5)
+                + c * (sin * half_cos).scale(blocks)
+                + (c * cos * half_sin).scale(0.5);
             let step = misfit / slope;
             q = q - step;
             let old = z;
@@ -177,21 +177,21 @@ impl StandingWaves {
         let (by_spring, kt) =
             (plan.friction.law.detaches_by_spring(), plan.friction.interfacial_stiffness_n_per_m);
         let wave = |&(q, z, times): &(Complex, Complex, f64)| {
-            let x = |n: usize| q.scaled(blocks as f64 - n as f64 - 0.5).sin_cos().1;
+            let x = |n: usize| q.scale(blocks as f64 - n as f64 - 0.5).sin_cos().1;
             let (x0, x1, square) = (x(0), x(1), square_of_others(q, blocks));
             let grown = Complex::ONE + z;
             let velocity = z / grown;
-            let (half_sin, _) = q.scaled(0.5).sin_cos();
-            let shape = (half_sin * half_sin).scaled(4.0);
-            let project = (z + shape.scaled(constants.d)) / grown;
-            let project_first = (z * x0 + (x0 - x1).scaled(constants.d)) / grown;
+            let (half_sin, _) = q.scale(0.5).sin_cos();
+            let shape = (half_sin * half_sin).scale(4.0);
+            let project = (z + shape.scale(constants.d)) / grown;
+            let project_first = (z * x0 + (x0 - x1).scale(constants.d)) / grown;
             let own = square * (project + (Complex::ONE - project) * velocity)
                 + project_first * x0
                 + (x0 - project_first) * velocity * x0;
-            let pull = Complex::from(chain.stiffness_n_per_m) + velocity.scaled(chain.damping_kg_per_s / dt);
+            let pull = Complex::from(chain.stiffness_n_per_m) + velocity.scale(chain.damping_kg_per_s / dt);
             // Bound on the wave's cosines.
             let most = libm::cosh(q.im * blocks as f64);
-            let held = x0.scaled(side_n_per_m + top_n_per_m);
+            let held = x0.scale(side_n_per_m + top_n_per_m);
             Wave {
                 times,
                 velocity,
@@ -205,7 +205,7 @@ impl StandingWaves {
                 },
                 force_n: match by_spring {
                     true => times * kt * most,
-                    false => times * (pull * shape + top_n_per_m.into()).size() * most,
+                    false => times * (pull * shape + Complex::from(top_n_per_m)).size() * most,
                 },
                 shrinks: (0..CALMING_STEPS.ilog2()).fold(grown.size(), |size, _| size * size),
             }
@@ -213,11 +213,11 @@ impl StandingWaves {
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
         let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
         let mut waves = StandingWaves { blocks, dt, cosines, waves, powers, scratch, sums };
-        waves.tell_all(plan).then_some(waves)
+        waves.span_all_states(plan).then_some(waves)
     }
 
     /// Whether a pseudo-random state is recovered after projection and composition.
-    fn tell_all(&mut self, plan: &Plan) -> bool {
+    fn span_all_states(&mut self, plan: &Plan) -> bool {
         let held = plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m;
         let rate = (held / plan.block_mass_kg).sqrt();
         let mut seed = 1u64;
@@ -248,11 +248,11 @@ impl StandingWaves {
         let waves = waves.iter().zip(&*sums);
         waves
             .map(|(wave, &[u_re, u_im, v_re, v_im])| {
-                let (u, v) = (Complex { re: u_re, im: u_im }, Complex { re: v_re, im: v_im });
+                let (u, v) = (Complex::new(u_re, u_im), Complex::new(v_re, v_im));
                 u * wave.of_u
                     + v * wave.of_v
-                    + wave.of_first_u.scaled(first_u)
-                    + wave.of_first_v.scaled(first_v)
+                    + wave.of_first_u.scale(first_u)
+                    + wave.of_first_v.scale(first_v)
             })
             .collect()
     }
@@ -264,9 +264,9 @@ impl StandingWaves {
         for ((wave, sums), (&re, &im)) in
             waves.iter().zip(&mut *sums).zip(coordinates.re.iter().zip(&coordinates.im))
         {
-            let z = Complex { re, im };
+            let z = Complex::new(re, im);
             let times = if re.abs() + im.abs() > least { wave.times } else { 0.0 };
-            let (u, v) = (z.scaled(times), (z * wave.velocity).scaled(times / *dt));
+            let (u, v) = (z.scale(times), (z * wave.velocity).scale(times / *dt));
             *sums = [u.re, u.im, v.re, v.im];
         }
         let (u, v) = state.split_at_mut(*blocks);
@@ -275,13 +275,13 @@ impl StandingWaves {
 
     /// How large the force on the first block and on each other one may become from these coordinates on.
     pub(crate) fn bound(&self, coordinates: &Coordinates) -> [f64; 2] {
-        let (mut of_first, mut of_others) = (0.0, 0.0);
-        for (m, wave) in self.waves.iter().enumerate() {
-            let size = coordinates.at(m).size();
-            of_first += size * wave.first_force_n;
-            of_others += size * wave.force_n;
-        }
-        [of_first, of_others]
+        self.bound_of((0..self.waves.len()).map(|m| coordinates.at(m).size()))
+    }
+
+    fn bound_of(&self, sizes: impl Iterator<Item = f64>) -> [f64; 2] {
+        self.waves.iter().zip(sizes).fold([0.0; 2], |[of_first, of_others], (wave, size)| {
+            [of_first + size * wave.first_force_n, of_others + size * wave.force_n]
+        })
     }
 
     /// Finds after how many steps, some thousand at most, the waves are calm: when `is_calm` accepts a
@@ -297,13 +297,8 @@ impl StandingWaves {
         let (mut steps, mut stride) = (0, CALMING_STEPS);
         for asked in 1.. {
             steps += stride;
-            let mut bound = [0.0; 2];
-            for ((size, shrinks), wave) in sizes.iter_mut().zip(&shrinks).zip(&*self.waves) {
-                *size *= shrinks;
-                bound[0] += *size * wave.first_force_n;
-                bound[1] += *size * wave.force_n;
-            }
-            if steps >= MOST_CALMING_STEPS || is_calm(bound) {
+            sizes.iter_mut().zip(&shrinks).for_each(|(size, shrinks)| *size *= shrinks);
+            if steps >= MOST_CALMING_STEPS || is_calm(self.bound_of(sizes.iter().copied())) {
                 return (steps, asked);
             }
             if asked % 8 == 0 {
@@ -329,10 +324,10 @@ fn driving(plan: &Plan) -> Option<(f64, f64)> {
 /// `sum x_n^2` of a wave over all blocks but the first.
 fn square_of_others(q: Complex, blocks: usize) -> Complex {
     let others = blocks as f64 - 1.0;
-    let (double, (sin, _)) = (q.scaled(2.0 * others).sin_cos().0, q.sin_cos());
+    let (double, (sin, _)) = (q.scale(2.0 * others).sin_cos().0, q.sin_cos());
     // The wave that does not oscillate.
     let turning = if sin.size() == 0.0 { Complex::from(2.0 * others) } else { double / sin };
-    (turning.scaled(0.5) + others.into()).scaled(0.5)
+    (turning.scale(0.5) + Complex::from(others)).scale(0.5)
 }
 
 #[cfg(test)]
@@ -344,7 +339,7 @@ mod tests {
     use crate::modes::propagator::Propagator;
 
     #[test]
-    fn waves_tell_all_of_a_state_and_do_what_stored_modes_do() {
+    fn waves_span_all_states_of_a_state_and_do_what_stored_modes_do() {
         for set in [
             &["slider.blocks=99"][..],
             &["slider.blocks=100", "parameter_set=as-stated"],

@@ -82,7 +82,7 @@ mod tests {
 
     use super::fast;
     use crate::kernels::by_all;
-    use crate::modes::operator_cache::OperatorCache;
+    use crate::modes::operator_cache;
 
     #[test]
     fn all_instruction_sets_give_the_same_records_to_the_bit() {
@@ -122,7 +122,7 @@ mod tests {
             let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));
             let plan = Arc::new(Plan::new(&scenario));
             let (_, counters) = by_all(|| {
-                OperatorCache::HERE.forget_all();
+                operator_cache::HERE.forget_all();
                 let mut solver = fast(Arc::clone(&plan));
                 // Debug output distinguishes finite doubles to the bit.
                 let mut records = Vec::new();

@@ -10,13 +10,13 @@ use asperity_model::Plan;
 use asperity_model::law::laws::Law;
 use asperity_model::law::{ContactLaw, Stepped, WithLaw};
 
-use crate::kernels::{self, After, Blocks, Moved, Rubbed, StepWork};
+use crate::kernels::{self, After, Blocks, ContactInputs, Moved, StepWork};
 use crate::step::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     /// Friction of all contacts of a lattice; returns whether any may switch.
-    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool;
+    fn rub(&self, contacts: &mut ContactInputs<'_, D>) -> bool;
     /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>);
     /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
@@ -37,8 +37,8 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
 pub(crate) struct Loops<L>(pub(crate) L);
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
-    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool {
-        kernels::rub(contacts, &self.0)
+    fn rub(&self, contacts: &mut ContactInputs<'_, D>) -> bool {
+        kernels::apply_friction(contacts, &self.0)
     }
 
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>) {

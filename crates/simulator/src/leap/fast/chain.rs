@@ -8,7 +8,7 @@ use asperity_record::Energy;
 
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::fast::{Leaps, Open};
-use crate::leap::jump::chain::Jump;
+use crate::leap::jump::chain::ChainJump;
 use crate::leap::rest::{rest, rest_steps};
 use crate::leap::window::Window;
 use crate::step::body::{Body, ChainBody};
@@ -25,23 +25,19 @@ const ABSORBING: &str = "single steps while any block slides: they alone tell wh
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Leap {
-    Jump {
-        steps: u64,
-    },
+    Jump,
     /// Nothing moves.
-    Rest {
-        steps: u64,
-    },
+    Rest,
     /// By the index of the window's length.
     Window(usize),
 }
 
 /// Leaps over the steps of a chain.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct ChainLeaps {
     window: Window,
     /// For chains whose modes are known.
-    jump: Option<Jump>,
+    jump: Option<ChainJump>,
     costs: Costs,
 }
 
@@ -63,33 +59,35 @@ impl ChainLeaps {
     }
 
     /// Begins a span of the energies no later than a leap; it lasts to the end of the leap.
-    fn begin_span(&mut self, solver: &mut Open<'_, ChainBody>, leap: Leap) -> Leap {
-        // At rest nothing moves.
-        if !matches!(leap, Leap::Rest { .. }) {
-            let (body, state) = solver.stepper.body_mut();
-            let until_step = state.step + self.steps(leap);
-            body.accounts_mut().begin(solver.plan, state, until_step);
-            self.pay_for_spans(solver);
-        }
-        leap
+    fn begin_span(&mut self, solver: &mut Open<'_, ChainBody>, steps: u64) {
+        let (body, state) = solver.stepper.body_mut();
+        let until_step = state.step + steps;
+        body.accounts_mut().begin(solver.plan, state, until_step);
+        self.pay_for_spans(solver);
     }
 
-    /// Goes to the end of a leap, or to a sample inside it, and adds the energies of the steps.
-    fn advance(&mut self, leap: Leap, sampled: Option<u64>, plan: &Plan, stepper: &mut Stepper<ChainBody>) {
-        let steps = sampled.unwrap_or(self.steps(leap));
+    /// Goes on by some steps of a leap, to its end or for a sample, and adds the energies of the steps.
+    fn advance(
+        &mut self,
+        leap: Leap,
+        steps: u64,
+        lands: bool,
+        plan: &Plan,
+        stepper: &mut Stepper<ChainBody>,
+    ) {
         let (body, state) = stepper.body_mut();
         let accounts = body.accounts_mut();
         match leap {
             Leap::Window(_) => self.window.advance(plan, steps, state, accounts),
-            Leap::Jump { .. } => {
+            Leap::Jump => {
                 let jump = opened(&mut self.jump);
-                match sampled {
-                    Some(into) => jump.sample(into, state),
-                    None => jump.land(steps, state),
+                match lands {
+                    true => jump.land(steps, state),
+                    false => jump.sample(steps, state),
                 }
                 jump.account(plan, state, accounts);
             }
-            Leap::Rest { .. } => rest(plan, steps, state, accounts),
+            Leap::Rest => rest(plan, steps, state, accounts),
         }
         if accounts.by_steps() {
             accounts.end(plan, state);
@@ -105,7 +103,7 @@ impl ChainLeaps {
 }
 
 /// The jump that a leap was opened with.
-fn opened(jump: &mut Option<Jump>) -> &mut Jump {
+fn opened(jump: &mut Option<ChainJump>) -> &mut ChainJump {
     jump.as_mut().expect("only a solver with jumps opens one")
 }
 
@@ -116,12 +114,12 @@ impl Leaps for ChainLeaps {
     fn of(plan: &Plan, chain: &Chain) -> ChainLeaps {
         ChainLeaps {
             window: Window::new(plan, chain),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, chain) } else { None },
+            jump: if ChainJump::may_pay(plan) { ChainJump::new(plan, chain) } else { None },
             costs: Costs::of(plan),
         }
     }
 
-    fn open(&mut self, solver: &mut Open<'_, ChainBody>, most_steps: u64) -> Result<Leap, u64> {
+    fn open(&mut self, solver: &mut Open<'_, ChainBody>, most_steps: u64) -> Result<(Leap, u64), u64> {
         let plan = solver.plan;
         age(plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
@@ -131,24 +129,32 @@ impl Leaps for ChainLeaps {
                 solver.pace.pay_or_pause(cost::REST_STEPS);
                 return Err(1);
             }
-            return Ok(Leap::Rest { steps });
+            return Ok((Leap::Rest, steps));
         }
         if let Some(jump) = &mut self.jump
             && state.detached == 0
             && state.step >= solver.pace.no_jump_before_step
         {
-            let steps = jump.open(plan, state, most_steps);
-            if steps > 0 {
-                return Ok(self.begin_span(solver, Leap::Jump { steps }));
+            match jump.open(plan, state, most_steps) {
+                Ok(steps) => {
+                    self.begin_span(solver, steps);
+                    return Ok((Leap::Jump, steps));
+                }
+                Err(patience_steps) => {
+                    solver.counters.refused_jumps += 1;
+                    solver.pace.wait_for_jump(state.step, patience_steps, jump.cost_steps);
+                }
             }
-            solver.counters.refused_jumps += 1;
-            solver.pace.wait_for_jump(state.step, jump.patience_steps(), jump.cost_steps());
         }
-        if self.window.never_pays() {
+        if self.window.never_pays {
             return Err(self.single_steps_of_long_chain(solver));
         }
         match self.window.open(plan, solver.stepper.state(), most_steps) {
-            Ok(index) => Ok(self.begin_span(solver, Leap::Window(index))),
+            Ok(index) => {
+                let steps = self.window.steps(index);
+                self.begin_span(solver, steps);
+                Ok((Leap::Window(index), steps))
+            }
             Err(single_steps) => {
                 solver.counters.refused_windows += 1;
                 solver.pace.pay_or_pause(self.costs.window_steps(self.window.work()));
@@ -157,27 +163,19 @@ impl Leaps for ChainLeaps {
         }
     }
 
-    fn steps(&self, leap: Leap) -> u64 {
-        match leap {
-            Leap::Jump { steps } | Leap::Rest { steps } => steps,
-            Leap::Window(index) => self.window.steps(index),
-        }
-    }
-
-    fn land(&mut self, leap: Leap, solver: &mut Open<'_, ChainBody>) {
-        let steps = self.steps(leap);
+    fn land(&mut self, leap: Leap, steps: u64, solver: &mut Open<'_, ChainBody>) {
         let Open { plan, stepper, pace, counters, .. } = solver;
         let (leaps, leap_steps) = match leap {
             Leap::Window(_) => (&mut counters.windows, &mut counters.window_steps),
-            Leap::Jump { .. } | Leap::Rest { .. } => (&mut counters.jumps, &mut counters.jump_steps),
+            Leap::Jump | Leap::Rest => (&mut counters.jumps, &mut counters.jump_steps),
         };
         *leaps += 1;
         *leap_steps += steps;
         cost::earn(&mut pace.saved_steps, steps);
         pace.pay_or_pause(match leap {
             Leap::Window(_) => self.costs.window_steps(self.window.work()),
-            Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
-            Leap::Rest { .. } => cost::REST_STEPS,
+            Leap::Jump => opened(&mut self.jump).cost_steps,
+            Leap::Rest => cost::REST_STEPS,
         });
         if let Leap::Window(index) = leap
             && self.window.ends_near_switch(index)
@@ -185,26 +183,26 @@ impl Leaps for ChainLeaps {
             // This one, and one to foresee from.
             pace.take_singly(2);
         }
-        self.advance(leap, None, plan, stepper);
+        self.advance(leap, steps, true, plan, stepper);
     }
 
     fn steps_of_sample(&self, leap: Leap) -> u64 {
         match leap {
             Leap::Window(_) => self.costs.window_sample_steps(self.window.work()),
-            Leap::Jump { .. } => self.jump.as_ref().map_or(0, Jump::modes_steps),
-            Leap::Rest { .. } => 0,
+            Leap::Jump => self.jump.as_ref().map_or(0, |jump| jump.modes_steps),
+            Leap::Rest => 0,
         }
     }
 
-    fn sample(&mut self, leap: Leap, into: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) {
-        let (body, state) = aside.body_mut();
+    fn sample(&mut self, leap: Leap, into: u64, plan: &Plan, sampler: &mut Stepper<ChainBody>) {
+        let (body, state) = sampler.body_mut();
         body.follow(plan, state);
-        self.advance(leap, Some(into), plan, aside);
+        self.advance(leap, into, false, plan, sampler);
     }
 
     /// Adds steps one by one where they are too few to pay for the ends of a span.
-    fn go_on(&mut self, steps: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) -> u64 {
-        let (body, state) = aside.body_mut();
+    fn go_on(&mut self, steps: u64, plan: &Plan, sampler: &mut Stepper<ChainBody>) -> u64 {
+        let (body, state) = sampler.body_mut();
         let accounts = body.accounts_mut();
         if !accounts.adds_so_few(steps) {
             return 0;
@@ -213,8 +211,8 @@ impl Leaps for ChainLeaps {
         u64::MAX
     }
 
-    fn energy(&mut self, _: Leap, _: u64, _: &Plan, aside: &mut Stepper<ChainBody>) -> Energy {
-        aside.energy()
+    fn energy(&mut self, _: Leap, _: u64, _: &Plan, sampler: &mut Stepper<ChainBody>) -> Energy {
+        sampler.energy()
     }
 
     /// Extrapolating two steps without a switch costs a fraction of opening a window in vain; if no switch
@@ -254,21 +252,20 @@ impl Leaps for ChainLeaps {
             // A chain that rests needs no modes to jump.
             return fallbacks;
         }
-        if !Jump::may_pay(plan) {
+        if !ChainJump::may_pay(plan) {
             fallbacks.push(
                 "windows instead of jumps: the modes of the stuck chain would take longer than so few steps",
             );
             return fallbacks;
         }
-        if self.jump.is_none() && bonds.iter().any(|bond| bond.other.is_some()) {
-            fallbacks
-                .push("windows instead of jumps: no modes are computed of a chain whose ends are joined");
-        } else if self.jump.is_none() && !bonds.is_empty() && plan.blocks > LONG_CHAIN {
-            fallbacks.push("windows instead of jumps: the waves of so long a chain are known for free ends");
-        } else if self.jump.is_none() {
-            fallbacks.push(
-                "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
-            );
+        if self.jump.is_none() {
+            fallbacks.push(if bonds.iter().any(|bond| bond.other.is_some()) {
+                "windows instead of jumps: no modes are computed of a chain whose ends are joined"
+            } else if !bonds.is_empty() && plan.blocks > LONG_CHAIN {
+                "windows instead of jumps: the waves of so long a chain are known for free ends"
+            } else {
+                "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)"
+            });
         }
         let is_too_long = !(damped && (absorbs || law.radiation_kg_per_s() > 0.0));
         if law.affine().is_some() && is_too_long && self.window.shortest() == u64::MAX {

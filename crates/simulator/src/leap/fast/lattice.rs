@@ -4,15 +4,13 @@
 //! it jumps ([`crate::leap::jump::lattice`]) by the slow modes (`modes/slow_modes/arnoldi.rs`, found with the
 //! factor of the stiffness, `modes/slow_modes/stuck.rs`) of the stuck lattice as far as is certified.
 
-use std::sync::Arc;
-
 use asperity_model::{Lattice, Plan};
 use asperity_record::Energy;
 
 use crate::leap::cost;
 use crate::leap::fast::{Leaps, Open};
-use crate::leap::jump::lattice::Jump;
-use crate::modes::slow_modes::{Precomputed, Sizes, StuckLattice};
+use crate::leap::jump::lattice::LatticeJump;
+use crate::modes::slow_modes::{StuckLattice, SystemSizes};
 use crate::records::stop::Stop;
 use crate::step::body::{LatticeBody, OfPlan};
 use crate::step::single_step::SingleSteps;
@@ -54,39 +52,35 @@ const NO_MODES: [&str; 2] = [
 ];
 
 /// Leaps over the steps of a lattice whose contacts have `D` tangential freedoms.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct LatticeLeaps<const D: usize = 1> {
     lattice: Lattice,
-    effort: Effort,
+    /// Steps of Arnoldi's iteration for each class of motions.
+    iterations: usize,
     /// Made at the first attempt to jump; or why there are none.
-    jumps: Option<Result<Box<Jump<D>>, &'static str>>,
+    jumps: Option<Result<Box<LatticeJump<D>>, &'static str>>,
 }
 
 impl<const D: usize> LatticeLeaps<D> {
     /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
-    fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
+    fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut LatticeJump<D>> {
         if self.jumps.is_none() {
             let stuck = StuckLattice::of(plan, self.lattice, stop);
-            let precomputed = stuck.and_then(|stuck| {
-                let iterations = self.effort.iterations;
-                let precomputed = Precomputed::of(plan, stuck, iterations, stop)?;
-                precomputed.modes(plan, 0, stop).is_some().then_some(precomputed)
-            });
+            let jump = stuck.and_then(|stuck| LatticeJump::of(plan, stuck, self.iterations, stop));
             if stop.has_come() {
                 return None;
             }
-            let jump = precomputed.map(|precomputed| Box::new(Jump::new(Arc::new(precomputed))));
-            self.jumps = Some(jump.ok_or(NO_MODES[D - 1]));
+            self.jumps = Some(jump.map(Box::new).ok_or(NO_MODES[D - 1]));
         }
         self.jump()
     }
 
-    fn jump(&mut self) -> Option<&mut Jump<D>> {
+    fn jump(&mut self) -> Option<&mut LatticeJump<D>> {
         self.jumps.as_mut()?.as_deref_mut().ok()
     }
 
     /// The jump that is open.
-    fn opened(&mut self) -> &mut Jump<D> {
+    fn opened(&mut self) -> &mut LatticeJump<D> {
         self.jump().expect("only a solver with jumps opens one")
     }
 }
@@ -96,8 +90,7 @@ where
     LatticeBody<D>: OfPlan<Elastic = Lattice>,
 {
     type Body = LatticeBody<D>;
-    /// Steps of a jump.
-    type Leap = u64;
+    type Leap = ();
 
     fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, lattice);
@@ -108,10 +101,10 @@ where
         } else {
             None
         };
-        LatticeLeaps { lattice: *lattice, effort, jumps }
+        LatticeLeaps { lattice: *lattice, iterations: effort.iterations, jumps }
     }
 
-    fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<u64, u64> {
+    fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<((), u64), u64> {
         age(solver.plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
         if state.detached > 0 {
@@ -124,20 +117,16 @@ where
         let Some(jump) = self.made(solver.plan, solver.stop) else { return Err(1) };
         match jump.open(solver.plan, state, most_steps, solver.stop) {
             _ if solver.stop.has_come() => Err(1),
-            Ok(steps) => Ok(steps),
+            Ok(steps) => Ok(((), steps)),
             Err(steps) => {
                 solver.counters.refused_jumps += 1;
-                solver.pace.wait_for_jump(state.step, steps, jump.cost_steps());
+                solver.pace.wait_for_jump(state.step, steps, jump.cost_steps);
                 Err(solver.pace.no_jump_before_step - state.step)
             }
         }
     }
 
-    fn steps(&self, steps: u64) -> u64 {
-        steps
-    }
-
-    fn land(&mut self, steps: u64, solver: &mut Open<'_, LatticeBody<D>>) {
+    fn land(&mut self, (): (), steps: u64, solver: &mut Open<'_, LatticeBody<D>>) {
         let jump = self.opened();
         solver.counters.jumps += 1;
         solver.counters.jump_steps += steps;
@@ -146,21 +135,21 @@ where
         jump.bring_up(solver.plan, steps, state);
         cost::earn(&mut solver.pace.saved_steps, steps);
         // A jump that is taken is no failed attempt: a shortfall of saved steps need not be made up.
-        solver.pace.pay(jump.cost_steps());
+        solver.pace.pay(jump.cost_steps);
     }
 
-    fn steps_of_sample(&self, _: u64) -> u64 {
+    fn steps_of_sample(&self, (): ()) -> u64 {
         STEPS_OF_SAMPLE
     }
 
-    fn sample(&mut self, _: u64, into: u64, _: &Plan, aside: &mut Stepper<LatticeBody<D>>) {
-        self.opened().sample(into, aside.state_mut());
+    fn sample(&mut self, (): (), into: u64, _: &Plan, sampler: &mut Stepper<LatticeBody<D>>) {
+        self.opened().sample(into, sampler.state_mut());
     }
 
     /// From the jump, not from the steps behind the sample.
-    fn energy(&mut self, _: u64, into: u64, plan: &Plan, aside: &mut Stepper<LatticeBody<D>>) -> Energy {
-        self.opened().bring_up(plan, into, aside.state_mut());
-        aside.energy()
+    fn energy(&mut self, (): (), into: u64, plan: &Plan, sampler: &mut Stepper<LatticeBody<D>>) -> Energy {
+        self.opened().bring_up(plan, into, sampler.state_mut());
+        sampler.energy()
     }
 
     fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {
@@ -187,7 +176,7 @@ impl Effort {
         if lattice.lanes == 1 {
             return Effort::of_slab(lattice);
         }
-        let sizes = Sizes::of(plan, lattice);
+        let sizes = SystemSizes::of(plan, lattice);
         let most = match lattice.table.upward() {
             Some(_) => MOST_ITERATIONS_OF_BODY,
             None => MOST_ITERATIONS_OF_SHEET,
@@ -201,8 +190,8 @@ impl Effort {
 
     /// Operations over those of a step, from measurements of sheets of 150 to 600 nodes and bodies of 2,000 to
     /// 16,000.
-    fn over_area(lattice: &Lattice, sizes: &Sizes, iterations: usize) -> Effort {
-        let &Sizes { classes, freedoms, factors, width } = sizes;
+    fn over_area(lattice: &Lattice, sizes: &SystemSizes, iterations: usize) -> Effort {
+        let &SystemSizes { classes, freedoms, factors, width } = sizes;
         // There are no more.
         let iterations = iterations.min(2 * freedoms);
         let (nodes, count) = (lattice.nodes() as u64, iterations as u64);

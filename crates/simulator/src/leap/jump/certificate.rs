@@ -24,7 +24,7 @@ use crate::leap::clearance::Clearance;
 use crate::leap::jump::Forced;
 use crate::leap::norms::ROUNDING;
 use crate::modes::Coordinates;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::ClassModes;
 use crate::step::state::SliderState;
 use crate::step::strength::{StopForce, least_threshold_n};
@@ -80,11 +80,8 @@ pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) reserves: [f64; 3],
 }
 
-/// A contact that may switch, and what each mode of each class does there.
-struct Near<const D: usize> {
-    contact: usize,
-    modes: Vec<Vec<([Complex; D], Complex)>>,
-}
+/// A contact that may switch, and the force and the load that each mode of each class adds there.
+type NearSwitch<const D: usize> = (usize, Vec<Vec<([Complex; D], Complex)>>);
 
 /// How much the modes may add from some step on.
 #[derive(Debug, Clone)]
@@ -111,7 +108,7 @@ impl<const D: usize> Certificate<'_, D> {
     }
 
     /// The largest number of steps that is certified.
-    pub(crate) fn march(&self, most_steps: u64) -> u64 {
+    pub(crate) fn longest(&self, most_steps: u64) -> u64 {
         let (stretches, mut steps, mut looks) = (self.stretches(), 0, 0);
         while steps < most_steps {
             let coordinates: Vec<Coordinates> = self.parts.iter().map(|part| part.grown(steps)).collect();
@@ -126,7 +123,7 @@ impl<const D: usize> Certificate<'_, D> {
                 break;
             }
             let to = (steps + stretches.steps * stretches.at_once).min(most_steps);
-            let reached = self.walk([steps, to], &swing, coordinates);
+            let reached = self.exact_until([steps, to], &swing, coordinates);
             steps = reached;
             if reached < to {
                 break;
@@ -184,7 +181,7 @@ impl<const D: usize> Certificate<'_, D> {
 
     /// The step up to which nothing switches, found by short stretches whose ends are evaluated exactly. At the
     /// beginning the modes have `coordinates`, and add at most the `swing` from there on.
-    fn walk(&self, [from, to]: [u64; 2], swing: &Swing, mut coordinates: Vec<Coordinates>) -> u64 {
+    fn exact_until(&self, [from, to]: [u64; 2], swing: &Swing, mut coordinates: Vec<Coordinates>) -> u64 {
         let stretch = self.stretches().steps.min(to - from);
         let bent = self.bent(stretch, &coordinates);
         let near = self.near([from, to], swing, &bent);
@@ -233,7 +230,7 @@ impl<const D: usize> Certificate<'_, D> {
     }
 
     /// The contacts that the swing may bring to their strength between two steps, with what each mode does there.
-    fn near(&self, steps: [u64; 2], swing: &Swing, bent: &Swing) -> Vec<Near<D>> {
+    fn near(&self, steps: [u64; 2], swing: &Swing, bent: &Swing) -> Vec<NearSwitch<D>> {
         let contacts = self.plan.blocks;
         let is_far = |n: usize| {
             let most = [swing.force_n[n], swing.load_n[n]].map(|swing| swing * (1.0 + ROUNDING_OF_SUMS));
@@ -252,14 +249,14 @@ impl<const D: usize> Certificate<'_, D> {
             });
             of_parts.collect()
         };
-        near.map(|contact| Near { contact, modes: modes_of(contact) }).collect()
+        near.map(|contact| (contact, modes_of(contact))).collect()
     }
 
     /// Whether nothing switches at a step, where the modes have these coordinates, nor as far from there as they
     /// bend.
-    fn is_clear(&self, into: u64, near: &[Near<D>], bent: &Swing, coordinates: &[Coordinates]) -> bool {
+    fn is_clear(&self, into: u64, near: &[NearSwitch<D>], bent: &Swing, coordinates: &[Coordinates]) -> bool {
         let part_of = |of: Complex, c: &Coordinates, mode: usize| of.re * c.re[mode] - of.im * c.im[mode];
-        let are_clear = near.iter().all(|Near { contact, modes }| {
+        let are_clear = near.iter().all(|(contact, modes)| {
             let (mut forces, mut loads) = ([0.0; D], 0.0);
             for (modes, c) in modes.iter().zip(coordinates) {
                 for (mode, (force, load)) in modes.iter().enumerate() {

@@ -30,7 +30,7 @@ use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::{Certificate, Swing};
 use crate::leap::norms::{Norms, invariant_of_chain};
-use crate::modes::operator_cache::OperatorCache;
+use crate::modes::operator_cache;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::modes::{Coordinates, Modes, Powers};
 use crate::step::state::SliderState;
@@ -53,15 +53,15 @@ const NEGLIGIBLE: f64 = 4e-16;
 const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 
 /// The modes of the stuck chain.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 enum Basis {
     Stored(Arc<Modes>),
     Waves(Box<StandingWaves>),
 }
 
 /// The stuck chain's modes, and the quasi-static state and residue of one jump.
-#[derive(Debug, Clone)]
-pub(crate) struct Jump {
+#[derive(Debug)]
+pub(crate) struct ChainJump {
     chain: Chain,
     norms: Norms,
     basis: Basis,
@@ -70,8 +70,8 @@ pub(crate) struct Jump {
     shortest_steps: u64,
     /// Steps after which it may be worth trying again where a jump was refused.
     refused_steps: u64,
-    /// Cost of taking a state apart, or of putting it together again.
-    modes_steps: u64,
+    /// Cost of projecting a state onto the modes, or of composing it from them.
+    pub(crate) modes_steps: u64,
     stiffness: Stiffness,
     loading: SteadyLoading,
     /// The forced part of the jump that is open, the rest, and that in modal coordinates.
@@ -80,9 +80,7 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     /// Cost of the last attempt, and of landing if a jump is open.
-    cost_steps: u64,
-    /// How long to wait for the next one, if it was refused.
-    patience_steps: u64,
+    pub(crate) cost_steps: u64,
     /// Size below which modes do not affect displacements.
     negligible: f64,
     /// Coordinates at the last sample, its step, and their growth over the last interval between samples.
@@ -92,18 +90,18 @@ pub(crate) struct Jump {
     swing: Swing,
 }
 
-impl Jump {
+impl ChainJump {
     /// Whether the run is long enough for the modes to be worth computing; never for a law without friction
     /// springs, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
-        !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
+        !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps)
     }
 
     /// `None` for chains whose modes do not span all states.
-    pub(crate) fn new(plan: &Plan, chain: &Chain) -> Option<Jump> {
+    pub(crate) fn new(plan: &Plan, chain: &Chain) -> Option<ChainJump> {
         let (blocks, costs) = (plan.blocks, Costs::of(plan));
         let (basis, powers, [shortest_steps, refused_steps, modes_steps]) = if blocks <= LONG_CHAIN {
-            let modes = OperatorCache::HERE.modes(plan, chain)?;
+            let modes = operator_cache::HERE.modes(plan, chain)?;
             let products_steps = match Radiated::of(plan, chain) {
                 Radiated::Apart if plan.end_bonds.iter().any(|bond| bond.radiates) => {
                     cost::products_steps(blocks as u64)
@@ -116,12 +114,12 @@ impl Jump {
             (Basis::Stored(modes), powers, steps)
         } else {
             let waves = Box::new(StandingWaves::of(plan, chain)?);
-            let steps = [SHORTEST_WITH_WAVES, PATIENCE_WITH_WAVES_STEPS, costs.waves_steps()];
+            let steps = [SHORTEST_WITH_WAVES, PATIENCE_WITH_WAVES_STEPS, costs.modes_steps()];
             let powers = waves.powers.clone();
             (Basis::Waves(waves), powers, steps)
         };
         let stiffness = Stiffness::of(plan, chain);
-        Some(Jump {
+        Some(ChainJump {
             chain: *chain,
             norms: Norms::of(plan),
             cadence: (0, powers.growth(0)),
@@ -137,7 +135,6 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             cost_steps: 0,
-            patience_steps: 0,
             negligible: 0.0,
             sampled: Coordinates::default(),
             sampled_step: 0,
@@ -145,34 +142,20 @@ impl Jump {
         })
     }
 
-    /// Steps after which it may be worth trying again where a jump was refused.
-    pub(crate) fn patience_steps(&self) -> u64 {
-        self.patience_steps
-    }
-
-    /// Cost of the last attempt, including landing if it was certified.
-    pub(crate) fn cost_steps(&self) -> u64 {
-        self.cost_steps
-    }
-
-    /// Of taking a state apart, or of putting it together again.
-    pub(crate) fn modes_steps(&self) -> u64 {
-        self.modes_steps
-    }
-
     /// Splits a state in which every block is stuck, and gives the largest number
-    /// of steps over which none detaches by the certificate, 0 if those are not worth it.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> u64 {
+    /// of steps over which none detaches by the certificate; if those are not worth it, the number after which the next
+    /// attempt is due.
+    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Result<u64, u64> {
         let (blocks, fewest_steps) = (plan.blocks, self.shortest_steps);
         self.cost_steps = cost::QUASI_STATIC_STEPS;
-        self.patience_steps = self.refused_steps;
+        let refused = Err(self.refused_steps);
         if most_steps < fewest_steps {
-            return 0;
+            return refused;
         }
         self.forced.begin(plan, state);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         self.loading = SteadyLoading::of(plan, &self.stiffness, self.forced.point_m);
-        let Jump { forced, loading, residue, swing, .. } = self;
+        let ChainJump { forced, loading, residue, swing, .. } = self;
         forced.advance_m.copy_from_slice(&loading.advance_m);
         loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut forced.position_m);
         let certificate = |reserves| Certificate::<1> {
@@ -187,7 +170,7 @@ impl Jump {
         // If the quasi-static part alone rules out the jump, the modes need not be computed.
         let bare = certificate([0.0; 3]);
         if bare.of_forced() < fewest_steps {
-            return 0;
+            return refused;
         }
         self.cost_steps = self.modes_steps;
         let (u, v) = residue.split_at_mut(blocks);
@@ -213,9 +196,8 @@ impl Jump {
                 };
                 if !is_calm(bound) {
                     let (steps, asked) = waves.calm_after(&self.coordinates, is_calm);
-                    self.patience_steps = steps;
                     self.cost_steps += cost::CALM_STEPS * asked;
-                    return 0;
+                    return Err(steps);
                 }
                 waves.compose(&self.coordinates, f64::NEG_INFINITY, &mut self.composed);
                 self.cost_steps += self.modes_steps;
@@ -231,7 +213,7 @@ impl Jump {
                     },
                 );
                 if !are_there {
-                    return 0;
+                    return refused;
                 }
                 self.norms.at_most(blocks, missed[0], missed[1])
             }
@@ -247,10 +229,10 @@ impl Jump {
         let reserves = [self.norms.force * missed + rounding, 0.0, of_drive];
         let steps = certificate(reserves).certified(0, swing).min(most_steps);
         if steps < fewest_steps {
-            return 0;
+            return refused;
         }
         self.cost_steps += self.modes_steps;
-        steps
+        Ok(steps)
     }
 
     /// Writes displacements and velocities after `into` steps of the jump.
@@ -292,11 +274,11 @@ impl Jump {
         let own_m = |n: usize| {
             plan.elastic.damping_force_n(&velocities, n) - plan.block_mass_kg / dt * (new_v[n] - v[n])
         };
-        let mut ways_m: Vec<f64> = (0..blocks).map(own_m).collect();
+        let mut sums_m: Vec<f64> = (0..blocks).map(own_m).collect();
         for bond in &plan.end_bonds {
-            bond.add(-bond.damping_kg_per_s * bond.stretch(&velocities), &mut ways_m);
+            bond.add(-bond.damping_kg_per_s * bond.stretch(&velocities), &mut sums_m);
         }
-        self.stiffness.solve(&mut ways_m);
+        self.stiffness.solve(&mut sums_m);
         // Where nothing else is lost, it follows from the balance.
         if let (Basis::Stored(modes), Radiated::Apart) = (&self.basis, Radiated::of(plan, &self.chain)) {
             let growth = self.powers.growth(steps);
@@ -312,7 +294,7 @@ impl Jump {
             }
         }
         let count = steps as f64;
-        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + ways_m[n];
+        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + sums_m[n];
         accounts.add_drive(plan, state, *from_step, steps, sum_m, |n| position_m[n] + u[n]);
     }
 

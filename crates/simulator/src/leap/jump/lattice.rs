@@ -15,18 +15,19 @@
 
 mod account;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use asperity_model::Plan;
 
+use crate::energy::ledger::Ledger;
 use crate::kernels;
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::{Certificate, Part};
-use crate::leap::jump::lattice::account::Start;
-use crate::leap::norms::{ROUNDING, invariant_of_products};
+use crate::leap::jump::lattice::account::Energies;
+use crate::leap::norms::{Norms, ROUNDING, invariant_of_products};
 use crate::modes::Coordinates;
-use crate::modes::complex::Complex;
-use crate::modes::slow_modes::{Precomputed, pressed};
+use crate::modes::complex::{Complex, Functions};
+use crate::modes::slow_modes::{ClassModes, Motions, SlowModes, StuckLattice, top_loads};
 use crate::records::stop::Stop;
 use crate::step::state::SliderState;
 use crate::step::strength::static_coefficient;
@@ -49,7 +50,7 @@ const DECAY: [f64; 2] = [0.75, 1.0];
 const STEPS_OF_FORCED: u64 = 10;
 const STEPS_OF_MODE: u64 = 2;
 
-/// Limit on the residue of a jump, and likewise on the error of its modes, as a share of the mean
+/// Limit on the residue of a jump, and on the error of its modes, as a share of the mean
 /// threshold: the reserve for rounding.
 const MISSED: f64 = ROUNDING;
 
@@ -59,43 +60,73 @@ const ROUNDS: usize = 2;
 /// Modes below this share of the largest displacement do not affect a sample.
 const NEGLIGIBLE: f64 = 1e-17;
 
-/// The jump that is open.
-#[derive(Debug, Clone)]
-pub(crate) struct Jump<const D: usize> {
-    precomputed: Arc<Precomputed<D>>,
+/// How long the next attempt waits for fast modes to decay: at least, and where they decay too slowly for a forecast.
+const LEAST_WAIT_STEPS: u64 = PATIENCE_STEPS / 4;
+const LONGEST_FORECAST_STEPS: f64 = (1 << 20) as f64;
+const WAIT_BEYOND_FORECAST_STEPS: u64 = 1 << 12;
+
+/// The stuck lattice with its slow modes, and the jump that is open. Contacts have `D` tangential freedoms.
+#[derive(Debug)]
+pub(crate) struct LatticeJump<const D: usize> {
+    stuck: StuckLattice,
+    norms: Norms,
+    /// `M^-1` times the change of the forces in a step due to a moving drive, and due to a load that grows
+    /// by its initial value.
+    by_drive_m: Vec<f64>,
+    by_load_m: Vec<f64>,
+    /// The modes of each class of motions, found when a state first has such a motion.
+    modes: Vec<OnceLock<Option<Arc<ClassModes<D>>>>>,
+    /// Steps of Arnoldi's iteration for each.
+    iterations: usize,
     forced: Forced,
     parts: Vec<Part<D>>,
-    /// Cost of the last attempt, in single steps.
-    cost_steps: u64,
+    /// Cost of the last attempt, including landing, in single steps.
+    pub(crate) cost_steps: u64,
     /// Static coefficients at its start.
     coefficients: Vec<f64>,
-    /// Energies at its start.
-    start: Start,
-    u: Vec<f64>,
-    w: Vec<f64>,
-    stiff: Vec<f64>,
-    damped: Vec<f64>,
-    scratch: Vec<f64>,
+    /// The ledger at its start, and energies of the state there.
+    start: (Ledger, Energies),
 }
 
-impl<const D: usize> Jump<D> {
-    pub(crate) fn new(precomputed: Arc<Precomputed<D>>) -> Jump<D> {
-        let lattice = &precomputed.stuck.lattice;
-        let (nodes, axes) = (lattice.nodes(), lattice.axes());
-        let zeros = || vec![0.0; axes * nodes];
-        Jump {
-            precomputed,
-            forced: Forced::of_nodes(nodes, axes),
+impl<const D: usize> LatticeJump<D> {
+    /// `None` if the stiffness cannot be solved with, there are no slow modes, or the stop comes.
+    pub(crate) fn of(
+        plan: &Plan,
+        stuck: StuckLattice,
+        iterations: usize,
+        stop: &Stop<'_>,
+    ) -> Option<LatticeJump<D>> {
+        let lattice = stuck.lattice;
+        let mut by_drive_m = vec![0.0; stuck.freedoms()];
+        let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
+        for spring in &plan.drive.springs {
+            by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
+        }
+        let mut by_load_m = vec![0.0; stuck.freedoms()];
+        for (freedom, load_n) in top_loads(plan, &lattice) {
+            by_load_m[freedom] = -load_n;
+        }
+        let are_solved = stuck.solve(&mut by_drive_m, stop) && stuck.solve(&mut by_load_m, stop);
+        let jump = are_solved.then(|| LatticeJump {
+            norms: Norms::of(plan),
+            by_drive_m,
+            by_load_m,
+            modes: stuck.classes().iter().map(|_| OnceLock::new()).collect(),
+            iterations,
+            forced: Forced::of_nodes(lattice.nodes(), lattice.axes()),
             parts: Vec::new(),
             cost_steps: 0,
             coefficients: Vec::new(),
-            start: Start::default(),
-            u: zeros(),
-            w: zeros(),
-            stiff: zeros(),
-            damped: zeros(),
-            scratch: zeros(),
-        }
+            start: Default::default(),
+            stuck,
+        })?;
+        jump.modes(plan, 0, stop).is_some().then_some(jump)
+    }
+
+    /// The modes of a class of motions; `None` if it has no slow modes, or the stop comes.
+    fn modes(&self, plan: &Plan, class: usize, stop: &Stop<'_>) -> Option<Arc<ClassModes<D>>> {
+        let find = || ClassModes::of(plan, &self.stuck, class, self.iterations, stop).map(Arc::new);
+        stop.get_or_find(&self.modes[class], find).cloned()
     }
 
     /// Decomposes a state in which every contact sticks, and returns the number of steps that is certified; if none
@@ -108,7 +139,7 @@ impl<const D: usize> Jump<D> {
         stop: &Stop<'_>,
     ) -> Result<u64, u64> {
         let refused = Err(PATIENCE_STEPS);
-        let lattice = self.precomputed.stuck.lattice;
+        let lattice = self.stuck.lattice;
         let are_lifted = lattice.first_normal().is_some_and(|normal| {
             state.displacement_m[normal..][..plan.blocks].iter().any(|rise_m| *rise_m >= 0.0)
         });
@@ -130,37 +161,46 @@ impl<const D: usize> Jump<D> {
         }
         let (u_scale, v_scale) =
             (kernels::largest(&state.displacement_m), kernels::largest(&state.velocity_m_per_s));
-        let precomputed = Arc::clone(&self.precomputed);
-        let arrays = [&state.displacement_m[..], &state.velocity_m_per_s, &self.forced.position_m];
-        for class in precomputed.classes_of(arrays).collect::<Vec<usize>>() {
-            let Some(modes) = precomputed.modes(plan, class, stop) else {
+        let arrays = [&state.displacement_m, &state.velocity_m_per_s, &self.forced.position_m];
+        let has_component = |motions: &Motions| !arrays.iter().all(|all| motions.has_no_component(all));
+        for (class, motions) in self.stuck.classes().iter().enumerate() {
+            if class > 0 && !has_component(motions) {
+                continue;
+            }
+            let Some(modes) = self.modes(plan, class, stop) else {
                 return Err(WITHOUT_MODES_STEPS);
             };
-            self.cost_steps += STEPS_OF_MODE * modes.slow.rates.len() as u64;
-            self.parts.push(Part { modes, coordinates: Coordinates::default() });
+            let count = modes.slow.rates.len();
+            self.cost_steps += STEPS_OF_MODE * count as u64;
+            self.parts.push(Part { modes, coordinates: Coordinates::zero(count) });
         }
-        let left_out = self.take_apart(state);
-        let norms = self.precomputed.norms;
+        let left_out = self.project(state);
+        let norms = self.norms;
         let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
-        let enough = MISSED * mean_n / norms.force + norms.of_rounding(self.u.len(), u_scale);
-        let off_after = |steps: u64| self.parts.iter().map(|part| off(part, steps)).sum::<f64>();
-        let (mut most_steps, mut off) = (most_steps, off_after(most_steps));
+        let enough = MISSED * mean_n / norms.force + norms.of_rounding(self.stuck.freedoms(), u_scale);
+        let defect_over = |steps: u64| {
+            let parts = self.parts.iter();
+            parts.map(|part| defect(&part.modes.slow, &part.coordinates, steps)).sum::<f64>()
+        };
+        let (mut most_steps, mut defect) = (most_steps, defect_over(most_steps));
         // The swing of a sheet hardly decays, and its error grows with the length of the jump.
-        while lattice.first_normal().is_none() && off > enough && most_steps > SHORTEST {
+        while lattice.first_normal().is_none() && defect > enough && most_steps > SHORTEST {
             most_steps /= 2;
-            off = off_after(most_steps);
+            defect = defect_over(most_steps);
         }
-        let excess = left_out.max(off) / enough;
+        let excess = left_out.max(defect) / enough;
         if excess > 1.0 {
             // Steps until the modes that are not used have decayed to that level.
             let rates = self.parts.iter().map(|part| part.modes.slow.next_falls_by);
             let rate = DECAY[D - 1] * rates.fold(f64::INFINITY, f64::min);
             let steps = if D == 1 || left_out > enough { libm::log(excess) / rate } else { 0.0 };
-            let is_told = steps < (1 << 20) as f64;
-            let steps = if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 };
+            let steps = match steps < LONGEST_FORECAST_STEPS {
+                true => (steps as u64).max(LEAST_WAIT_STEPS),
+                false => WAIT_BEYOND_FORECAST_STEPS,
+            };
             return Err(if D == 1 { steps } else { self.until_exact(most_steps, enough, steps) });
         }
-        let missed = left_out + off;
+        let missed = left_out + defect;
         let reach_m = u_scale + kernels::largest(&self.forced.advance_m) * most_steps as f64;
         let rounding_n = norms.force_rounding(reach_m, v_scale);
         let reserves = [
@@ -168,34 +208,26 @@ impl<const D: usize> Jump<D> {
             norms.load * missed + rounding_n,
             norms.drive * missed + rounding_n * plan.drive.springs.len() as f64,
         ];
-        let steps = self.certificate(plan, state, reserves).march(most_steps);
+        let steps = self.certificate(plan, state, reserves).longest(most_steps);
         if steps < SHORTEST {
             return refused;
         }
-        self.start = self.energies_at_start(plan, state);
+        self.start = (state.energy, self.energies(plan, state, 0));
         Ok(steps)
     }
 
     /// Steps, at least as many as given and hardly more than the most, until the error of the modes over the most
     /// steps is small enough: it falls as they do.
     fn until_exact(&self, most_steps: u64, enough: f64, least_steps: u64) -> u64 {
-        let off_behind = |steps: u64| {
-            let parts = self.parts.iter().map(|part| {
-                let fallen = part.grown(steps);
-                off(&Part { modes: Arc::clone(&part.modes), coordinates: fallen }, most_steps)
-            });
-            parts.sum::<f64>()
+        let defect_after = |steps: u64| {
+            let parts = self.parts.iter();
+            parts.map(|part| defect(&part.modes.slow, &part.grown(steps), most_steps)).sum::<f64>()
         };
         let mut steps = least_steps;
-        while steps < most_steps && off_behind(steps) > enough {
+        while steps < most_steps && defect_after(steps) > enough {
             steps += steps / 8;
         }
         steps
-    }
-
-    /// Cost of the last attempt, including landing, in single steps.
-    pub(crate) fn cost_steps(&self) -> u64 {
-        self.cost_steps
     }
 
     fn certificate<'a>(
@@ -207,7 +239,7 @@ impl<const D: usize> Jump<D> {
         Certificate {
             plan,
             state,
-            lattice: self.precomputed.stuck.lattice,
+            lattice: self.stuck.lattice,
             forced: &self.forced,
             parts: &self.parts,
             coefficients: &self.coefficients,
@@ -217,17 +249,15 @@ impl<const D: usize> Jump<D> {
 
     /// `a` and `b`; `false` if the stiffness cannot be solved with.
     fn find_forced(&mut self, plan: &Plan, state: &SliderState, stop: &Stop<'_>) -> bool {
-        let Jump { precomputed, forced, stiff, damped, .. } = self;
+        let LatticeJump { stuck, by_drive_m, by_load_m, forced, .. } = self;
         let Forced { position_m, advance_m, moves, ramp, nodes, .. } = forced;
         let (drives, loads) = (f64::from(u8::from(*moves)), ramp.change_n(1.0));
-        for ((b, drive), load) in
-            advance_m.iter_mut().zip(&precomputed.by_drive_m).zip(&precomputed.by_load_m)
-        {
+        for ((b, drive), load) in advance_m.iter_mut().zip(&*by_drive_m).zip(&*by_load_m) {
             *b = drives * drive + loads * load;
         }
-        precomputed.stuck.products(stiff, damped, advance_m, advance_m);
-        for (a, damped) in position_m.iter_mut().zip(&*damped) {
-            *a = -damped / precomputed.stuck.step_s;
+        let [_, damped] = stuck.products(advance_m, advance_m);
+        for (a, damped) in position_m.iter_mut().zip(damped) {
+            *a = -damped / stuck.step_s;
         }
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let along = position_m.chunks_exact_mut(*nodes).zip(state.stick_position_m.chunks_exact(plan.blocks));
@@ -240,33 +270,26 @@ impl<const D: usize> Jump<D> {
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);
         }
-        for (freedom, load_n) in pressed(plan, &precomputed.stuck.lattice) {
+        for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
             position_m[freedom] -= ramp.load.scaled_n(load_n);
         }
-        precomputed.stuck.solve(position_m, stop)
+        stuck.solve(position_m, stop)
     }
 
     /// Computes the coordinates of the free part; returns the norm of the residue.
-    fn take_apart(&mut self, state: &SliderState) -> f64 {
-        let Jump { precomputed, forced, parts, u, w, stiff, damped, scratch, .. } = self;
-        let stuck = &precomputed.stuck;
-        for n in 0..u.len() {
-            u[n] = state.displacement_m[n] - forced.position_m[n];
-            w[n] = stuck.step_s * state.velocity_m_per_s[n] - forced.advance_m[n];
-        }
-        for Part { modes, coordinates } in parts.iter_mut() {
-            for own in [&mut coordinates.re, &mut coordinates.im] {
-                own.resize(modes.slow.rates.len(), 0.0);
-            }
-        }
+    fn project(&mut self, state: &SliderState) -> f64 {
+        let LatticeJump { stuck, forced, parts, .. } = self;
+        let free = |of: &[f64], forced: &[f64], unit: f64| -> Vec<f64> {
+            of.iter().zip(forced).map(|(of, forced)| unit * of - forced).collect()
+        };
+        let mut u = free(&state.displacement_m, &forced.position_m, 1.0);
+        let mut w = free(&state.velocity_m_per_s, &forced.advance_m, stuck.step_s);
         // Slightly inaccurate modes mix slightly: a second pass removes what remains of them.
         for _ in 0..ROUNDS {
-            for (scratch, (u, w)) in scratch.iter_mut().zip(u.iter().zip(&*w)) {
-                *scratch = u - w;
-            }
-            stuck.products(stiff, damped, scratch, w);
+            let before: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
+            let [stiff, _] = stuck.products(&before, &w);
             for Part { modes, coordinates } in parts.iter_mut() {
-                let mut found = modes.slow.project(stuck, w, stiff);
+                let mut found = modes.slow.project(stuck, &w, &stiff);
                 for (own, found) in
                     [(&mut coordinates.re, &mut found.re), (&mut coordinates.im, &mut found.im)]
                 {
@@ -275,11 +298,11 @@ impl<const D: usize> Jump<D> {
                         *found = -*found;
                     }
                 }
-                modes.slow.add(stuck, &found, modes.slow.rates.len(), u, w);
+                modes.slow.add(stuck, &found, modes.slow.rates.len(), &mut u, &mut w);
             }
         }
-        stuck.products(stiff, damped, u, w);
-        invariant_of_products((stuck.mass_kg, stuck.step_s), [u, w], [stiff, damped]).sqrt()
+        let [stiff, damped] = stuck.products(&u, &w);
+        invariant_of_products((stuck.mass_kg, stuck.step_s), [&u, &w], [&stiff, &damped]).sqrt()
     }
 
     /// Writes the state after `into` steps of the jump, without forces.
@@ -295,29 +318,26 @@ impl<const D: usize> Jump<D> {
 
     /// Without the modes no larger than `least` behind the last that is.
     fn compose(&mut self, into: u64, least: f64, state: &mut SliderState) {
-        let Jump { precomputed, forced, parts, u, w, .. } = self;
-        let stuck = &precomputed.stuck;
-        u.fill(0.0);
-        w.copy_from_slice(&forced.advance_m);
+        let LatticeJump { stuck, forced, parts, .. } = self;
+        let (mut u, mut w) = (vec![0.0; stuck.freedoms()], forced.advance_m.clone());
         for part in parts {
             let coordinates = part.grown(into);
             let modes = coordinates.count_above(least);
-            part.modes.slow.add(stuck, &coordinates, modes, u, w);
+            part.modes.slow.add(stuck, &coordinates, modes, &mut u, &mut w);
         }
-        for (velocity_m_per_s, w) in state.velocity_m_per_s.iter_mut().zip(&*w) {
+        for (velocity_m_per_s, w) in state.velocity_m_per_s.iter_mut().zip(w) {
             *velocity_m_per_s = w / stuck.step_s;
         }
-        forced.write(into, u, state);
+        forced.write(into, &u, state);
     }
 }
 
-/// The error of some modes, summed over a number of steps.
-fn off<const D: usize>(part: &Part<D>, steps: u64) -> f64 {
-    let modes = &part.modes.slow;
-    let sizes = part.coordinates.sizes();
-    let parts = sizes.iter().zip(&modes.off).zip(&modes.rates).map(|((size, off), s)| {
+/// The error of modes with these coordinates, summed over a number of steps.
+fn defect(modes: &SlowModes, coordinates: &Coordinates, steps: u64) -> f64 {
+    let parts = coordinates.sizes().into_iter().zip(&modes.defects).zip(&modes.rates);
+    let parts = parts.map(|((size, defect), s)| {
         let falls_by = 1.0 - (Complex::ONE + *s).size();
-        size * off * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
+        size * defect * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
     });
     parts.sum()
 }

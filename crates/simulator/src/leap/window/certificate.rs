@@ -14,20 +14,20 @@ use std::cell::Cell;
 use asperity_model::Plan;
 
 use crate::kernels::{self, Course, Reserve, margin};
-use crate::leap::chebyshev::{MOST_STEPS, MOST_TERMS};
+use crate::leap::chebyshev::MOST_STEPS;
 use crate::leap::norms::{Norms, ROUNDING};
 use crate::leap::window::expansion::{Expansion, Sizes};
 use crate::step::state::SliderState;
 use crate::step::strength::StopForce;
 
-/// One guard: its value and rate at the start of a window, its kind, its terms and their unit, and its
-/// reserve.
-struct Alone<'a> {
+/// One guard over a window: its value and rate at the start, its kind, its terms and their unit, and its reserve.
+struct Guard<'a> {
+    expansion: &'a Expansion,
     now: f64,
     rate: f64,
     sigma: f64,
     threshold: f64,
-    terms: &'a [f64],
+    terms: Vec<f64>,
     unit: f64,
     reserve: &'a Reserve,
     /// Number of places at which it was evaluated.
@@ -110,7 +110,7 @@ impl Certificate {
                         sliding_bend: 0.0,
                         sliding: 0.0,
                     };
-                    index = certified_for_load(plan, state, expansion, stop, index, &reserve)?;
+                    index = Guard::of_drive(plan, state, expansion, stop, &reserve).certified(index)?;
                 }
                 let length = &expansion.basis.lengths[index];
                 let steps = length.steps as f64;
@@ -181,7 +181,10 @@ impl Certificate {
             if stays {
                 continue;
             }
-            match certified_for(plan, expansion, n, best, reserve, &mut self.places) {
+            let guard = Guard::of_block(plan, expansion, n, reserve);
+            let certified = guard.certified(best);
+            self.places += guard.places.get();
+            match certified {
                 Some(index) => best = index,
                 None => {
                     let (now, sigma) = (now[n], expansion.sigma[n]);
@@ -198,117 +201,96 @@ impl Certificate {
     }
 }
 
-/// The longest of the lengths up to `longest` for which block `n` is certified, part by part.
-fn certified_for(
-    plan: &Plan,
-    expansion: &Expansion,
-    n: usize,
-    longest: usize,
-    reserve: &Reserve,
-    places: &mut u64,
-) -> Option<usize> {
-    let (stuck_unit, sliding_unit) = expansion.units(plan);
-    let terms = expansion.guard.all()[n..].iter().step_by(expansion.guard.pitch);
-    let mut guard = [0.0; MOST_TERMS];
-    for (own, term) in guard.iter_mut().zip(terms.take(expansion.terms)) {
-        *own = *term;
+impl<'a> Guard<'a> {
+    /// That of block `n`.
+    fn of_block(plan: &Plan, expansion: &'a Expansion, n: usize, reserve: &'a Reserve) -> Guard<'a> {
+        let (stuck_unit, sliding_unit) = expansion.units(plan);
+        let terms = expansion.guard.all()[n..].iter().step_by(expansion.guard.pitch);
+        Guard {
+            expansion,
+            now: expansion.first_guard.row(0)[n],
+            rate: expansion.first_guard.row(1)[n],
+            sigma: expansion.sigma[n],
+            threshold: expansion.strength.threshold_n[n],
+            terms: terms.take(expansion.terms).copied().collect(),
+            unit: if expansion.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
+            reserve,
+            places: Cell::new(0),
+        }
     }
-    let alone = Alone {
-        now: expansion.first_guard.row(0)[n],
-        rate: expansion.first_guard.row(1)[n],
-        sigma: expansion.sigma[n],
-        threshold: expansion.strength.threshold_n[n],
-        terms: &guard[..expansion.terms],
-        unit: if expansion.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
-        reserve,
-        places: Cell::new(0),
-    };
-    let certified = certified_alone(expansion, &alone, longest);
-    *places += alone.places.get();
-    certified
-}
 
-/// The longest of the lengths up to `longest` over which the sum of the driving forces stays below the
-/// value at which the drive stops.
-fn certified_for_load(
-    plan: &Plan,
-    state: &SliderState,
-    expansion: &Expansion,
-    stop: StopForce,
-    longest: usize,
-    reserve: &Reserve,
-) -> Option<usize> {
-    let springs = &plan.drive.springs;
-    let pull = |row: &[f64]| -springs.iter().map(|s| s.stiffness_n_per_m * row[s.block]).sum::<f64>();
-    let mut guard = [0.0; MOST_TERMS];
-    for (j, own) in guard.iter_mut().enumerate().take(expansion.terms) {
-        *own = pull(expansion.u.row(j));
+    /// The sum of the driving forces, whose limit is the value at which the drive stops.
+    fn of_drive(
+        plan: &Plan,
+        state: &SliderState,
+        expansion: &'a Expansion,
+        stop: StopForce,
+        reserve: &'a Reserve,
+    ) -> Guard<'a> {
+        let springs = &plan.drive.springs;
+        let pull = |row: &[f64]| -springs.iter().map(|s| s.stiffness_n_per_m * row[s.block]).sum::<f64>();
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let advance_m = plan.advance_m(state.step, state.hold_step);
+        Guard {
+            expansion,
+            now: plan.drive.total_force_n(point_m, expansion.first_u.row(0)),
+            rate: plan.drive.total_force_n(advance_m, expansion.first_u.row(1)),
+            sigma: 0.0,
+            threshold: stop.under_n(expansion.ramp.load),
+            terms: (0..expansion.terms).map(|term| pull(expansion.u.row(term))).collect(),
+            unit: 1.0,
+            reserve,
+            places: Cell::new(0),
+        }
     }
-    let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-    let advance_m = plan.advance_m(state.step, state.hold_step);
-    let alone = Alone {
-        now: plan.drive.total_force_n(point_m, expansion.first_u.row(0)),
-        rate: plan.drive.total_force_n(advance_m, expansion.first_u.row(1)),
-        sigma: 0.0,
-        threshold: stop.under_n(expansion.ramp.load),
-        terms: &guard[..expansion.terms],
-        unit: 1.0,
-        reserve,
-        places: Cell::new(0),
-    };
-    certified_alone(expansion, &alone, longest)
-}
 
-/// The longest of the lengths up to `longest` over which one guard stays within its limit, part by part.
-fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> Option<usize> {
-    let start = Place { index: None, steps: 0, guard: alone.now, bend: f64::NAN };
-    match stays_clear(expansion, alone, &start, &place(expansion, alone, longest)) {
-        Ok(()) => Some(longest),
-        Err(index) => index,
+    /// The longest of the lengths up to `longest` over which it stays within its limit, part by part.
+    fn certified(&self, longest: usize) -> Option<usize> {
+        let start = Place { index: None, steps: 0, guard: self.now, bend: f64::NAN };
+        match self.stays_clear(&start, &self.at(longest)) {
+            Ok(()) => Some(longest),
+            Err(index) => index,
+        }
     }
-}
 
-/// Evaluates the guard at the end of a length.
-fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
-    alone.places.set(alone.places.get() + 1);
-    let length = &expansion.basis.lengths[index];
-    let [sum, bend] = kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.whole);
-    let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
-    Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
-}
+    /// Evaluates it at the end of a length.
+    fn at(&self, index: usize) -> Place {
+        self.places.set(self.places.get() + 1);
+        let Expansion { basis, .. } = self.expansion;
+        let length = &basis.lengths[index];
+        let [sum, bend] = kernels::products(&self.terms, basis.double_sum(length.steps), &length.whole);
+        let guard = self.now + length.steps as f64 * self.rate + self.unit * sum;
+        Place { index: Some(index), steps: length.steps, guard, bend: self.unit * bend }
+    }
 
-/// Whether the guard stays within its limit between two places, as a whole or in halves. If not, the
-/// error is the last length up to which it does.
-fn stays_clear(
-    expansion: &Expansion,
-    alone: &Alone<'_>,
-    from: &Place,
-    to: &Place,
-) -> Result<(), Option<usize>> {
-    let &Alone { rate, sigma, threshold, unit, reserve, .. } = alone;
-    let steps = (to.steps - from.steps) as f64;
-    // The tangent is known only at the start of the window.
-    let tangent = if from.steps == 0 { from.guard + steps * rate } else { f64::NAN };
-    let thresholds = [from, to].map(|place| threshold * expansion.ramp.decline(place.steps as f64));
-    let stays =
-        |bend: f64| margin(from.guard, to.guard, tangent, steps, bend, sigma, thresholds, reserve) > 0.0;
-    if stays(to.bend) {
-        return Ok(());
+    /// Whether it stays within its limit between two places, as a whole or in halves. If not, the
+    /// error is the last length up to which it does.
+    fn stays_clear(&self, from: &Place, to: &Place) -> Result<(), Option<usize>> {
+        let &Guard { rate, sigma, threshold, unit, reserve, .. } = self;
+        let Expansion { basis, ramp, .. } = self.expansion;
+        let steps = (to.steps - from.steps) as f64;
+        // The tangent is known only at the start of the window.
+        let tangent = if from.steps == 0 { from.guard + steps * rate } else { f64::NAN };
+        let thresholds = [from, to].map(|place| threshold * ramp.decline(place.steps as f64));
+        let stays =
+            |bend: f64| margin(from.guard, to.guard, tangent, steps, bend, sigma, thresholds, reserve) > 0.0;
+        if stays(to.bend) {
+            return Ok(());
+        }
+        let next = from.index.map_or(0, |index| index + 1);
+        let between = &basis.lengths[next..to.index.unwrap_or(next)];
+        if between.is_empty() {
+            // Between neighbouring lengths the sharper bound applies.
+            let length = &basis.lengths[next];
+            let [_, bend] = kernels::products(&self.terms, basis.double_sum(length.steps), &length.last);
+            return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
+        }
+        let middle_steps = from.steps + (to.steps - from.steps) / 2;
+        let below = between.partition_point(|length| length.steps <= middle_steps);
+        let middle = self.at(next + below.saturating_sub(1));
+        self.stays_clear(from, &middle)?;
+        self.stays_clear(&middle, to)
     }
-    let next = from.index.map_or(0, |index| index + 1);
-    let between = &expansion.basis.lengths[next..to.index.unwrap_or(next)];
-    if between.is_empty() {
-        // Between neighbouring lengths the sharper bound applies.
-        let length = &expansion.basis.lengths[next];
-        let [_, bend] =
-            kernels::products(alone.terms, expansion.basis.double_sum(length.steps), &length.last);
-        return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
-    }
-    let middle_steps = from.steps + (to.steps - from.steps) / 2;
-    let below = between.partition_point(|length| length.steps <= middle_steps);
-    let middle = place(expansion, alone, next + below.saturating_sub(1));
-    stays_clear(expansion, alone, from, &middle)?;
-    stays_clear(expansion, alone, &middle, to)
 }
 
 #[cfg(test)]
@@ -317,7 +299,7 @@ mod tests {
 
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::{Alone, certified_alone};
+    use super::Guard;
     use crate::kernels::{Reserve, margin};
     use crate::leap::cost::GRID_STEPS;
     use crate::leap::window::expansion::Expansion;
@@ -343,30 +325,31 @@ mod tests {
             for sigma in [0.0, 1.0, -1.0].repeat(200) {
                 let terms: Vec<f64> = (0..TERMS).map(|j| noise() * libm::exp(-0.5 * j as f64)).collect();
                 let now = if sigma == 0.0 { noise() } else { sigma * (0.01 + noise().abs()) };
-                let alone = Alone {
+                let guard = Guard {
+                    expansion: &expansion,
                     now,
                     rate: 2.0 * noise() / steps,
                     sigma,
                     threshold: 0.55,
-                    terms: &terms,
+                    terms: terms.clone(),
                     unit: 8.0 * noise().abs() / (steps * steps),
                     reserve: &reserve,
                     places: Cell::new(0),
                 };
                 let at = |i: u64| {
                     let sum: f64 = terms.iter().zip(expansion.basis.double_sum(i)).map(|(x, s)| x * s).sum();
-                    alone.now + i as f64 * alone.rate + alone.unit * sum
+                    guard.now + i as f64 * guard.rate + guard.unit * sum
                 };
-                let certified = certified_alone(&expansion, &alone, longest);
+                let certified = guard.certified(longest);
 
                 let mut one_by_one = None;
-                let (mut from, mut from_steps) = (alone.now, 0);
+                let (mut from, mut from_steps) = (guard.now, 0);
                 for (index, length) in lengths.iter().enumerate() {
                     let steps = (length.steps - from_steps) as f64;
                     let bend: f64 = terms.iter().zip(&length.last).map(|(x, c)| x.abs() * c).sum();
-                    let tangent = if from_steps == 0 { from + steps * alone.rate } else { f64::NAN };
+                    let tangent = if from_steps == 0 { from + steps * guard.rate } else { f64::NAN };
                     let to = at(length.steps);
-                    let bend = alone.unit * bend;
+                    let bend = guard.unit * bend;
                     if margin(from, to, tangent, steps, bend, sigma, [0.55, 0.55], &reserve) <= 0.0 {
                         break;
                     }

@@ -18,11 +18,11 @@ use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::EndBond;
 
-use crate::energy::Radiated;
-use crate::kernels::{self, Guarded, Held, TermChain, Terms};
+use crate::energy::{Radiated, hold_stuck};
+use crate::kernels::{self, Held, TermChain, Terms};
 use crate::leap::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::leap::window::rows::Rows;
-use crate::modes::operator_cache::OperatorCache;
+use crate::modes::operator_cache;
 use crate::step::state::SliderState;
 use crate::step::strength::{Ramp, Strength};
 
@@ -88,22 +88,24 @@ pub(super) struct Expansion {
 impl Expansion {
     pub(super) fn new(plan: &Plan, chain: &Chain) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) if Radiated::of(plan, chain) != Radiated::Apart => OperatorCache::HERE.basis(plan, chain),
+            Some(_) if Radiated::of(plan, chain) != Radiated::Apart => {
+                operator_cache::HERE.basis(plan, chain)
+            }
             _ => Arc::new(Chebyshev::default()),
         };
         let blocks = plan.blocks;
-        let several = |times: usize| vec![0.0; blocks * times];
+        let zeros = || vec![0.0; blocks];
         let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Expansion {
             chain: *chain,
             blocks,
             basis,
-            spring: several(1),
-            scaled_spring: several(1),
+            spring: zeros(),
+            scaled_spring: zeros(),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
             strength: Strength::new(plan),
             ramp: Ramp::FLAT,
-            sigma: several(1),
+            sigma: zeros(),
             first_u: Rows::new(blocks, 2),
             first_v: Rows::new(blocks, 2),
             first_guard: Rows::new(blocks, 2),
@@ -130,7 +132,7 @@ impl Expansion {
             self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
             self.strength.follow(plan, state, self.ramp.load);
         }
-        let directed = kernels::sort(
+        let directed = kernels::classify(
             &mut self.sigma,
             &mut self.spring,
             v,
@@ -173,7 +175,7 @@ impl Expansion {
         };
         kernels::first_difference(d_u, d_v, guard, &held);
         if rigid {
-            hold_stuck(&self.sigma, d_u, d_v);
+            hold_stuck(&self.sigma, [d_u, d_v]);
         }
         // The second difference includes the constant rates of drive and load.
         kernels::pull(d_guard, d_u, d_v, &self.chain);
@@ -198,7 +200,7 @@ impl Expansion {
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
         kernels::second_difference(first_u, first_v, d_guard, &second);
         if rigid {
-            hold_stuck(&self.sigma, first_u, first_v);
+            hold_stuck(&self.sigma, [first_u, first_v]);
         }
         if friction.law.detaches_by_spring() {
             let anchored = now_u.iter().zip(&state.stick_position_m).map(|(u, anchor)| u - anchor);
@@ -218,16 +220,8 @@ impl Expansion {
     /// Predicts the steps until the first block switches, by linear extrapolation of forces and
     /// velocities.
     pub(super) fn foreseen_steps(&self) -> f64 {
-        let blocks = self.blocks;
-        let (now, rate) = self.first_guard.both(blocks);
-        let guarded = Guarded {
-            now,
-            rate,
-            sigma: &self.sigma,
-            limit: &self.strength.threshold_n[..blocks],
-            decline: self.ramp.fall(),
-        };
-        kernels::first_crossing(&guarded)
+        let (now, rate) = self.first_guard.both(self.blocks);
+        kernels::first_crossing(now, rate, &self.sigma, &self.strength.threshold_n, self.ramp.fall())
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
@@ -272,8 +266,9 @@ impl Expansion {
     /// Converts springs to the units of terms.
     pub(super) fn scale_springs(&mut self, plan: &Plan) {
         let unit = self.unit_of_terms(plan);
-        self.scaled_spring.copy_from_slice(&self.spring);
-        kernels::scale(&mut self.scaled_spring, unit);
+        for (scaled, spring) in self.scaled_spring.iter_mut().zip(&self.spring) {
+            *scaled = unit * spring;
+        }
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;
@@ -371,15 +366,6 @@ impl Expansion {
             kernels::combine(values, terms.all(), terms.pitch, coefficients);
             let (now, rate) = first.both(self.blocks);
             kernels::add_course(values, now, rate, steps as f64, unit);
-        }
-    }
-}
-
-/// Stops stuck blocks, for the laws without friction springs.
-fn hold_stuck(sigma: &[f64], u: &mut [f64], v: &mut [f64]) {
-    for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
-        if *sigma == 0.0 {
-            (*u, *v) = (0.0, 0.0);
         }
     }
 }

@@ -27,7 +27,7 @@
 use asperity_model::mixed;
 
 use crate::kernels;
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::eigen::Hessenberg;
 use crate::modes::slow_modes::inverse::Inverse;
 use crate::modes::slow_modes::stuck::StuckLattice;
@@ -48,7 +48,7 @@ const UNDAMPED: f64 = 64.0 * f64::EPSILON;
 const FIRST_SOLUTIONS: usize = 2;
 
 /// Slow modes of a stuck lattice, of one class of its motions.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct SlowModes {
     class: usize,
     /// Freedoms in the basis of the class.
@@ -65,17 +65,11 @@ pub(crate) struct SlowModes {
     pub(crate) weights: Vec<f64>,
     /// By how much its image is off, in the norm `sqrt(I)`, for a coordinate of size 1 and its
     /// conjugate.
-    pub(crate) off: Vec<f64>,
+    pub(crate) defects: Vec<f64>,
     pub(crate) powers: Powers,
     /// Relative decay per step of the next modes, as the iteration estimates it: the residue decays about
     /// as fast.
     pub(crate) next_falls_by: f64,
-}
-
-/// Arnoldi's iteration: an orthonormal basis, and the map in it.
-struct Arnoldi {
-    basis: Vec<f64>,
-    map: Hessenberg,
 }
 
 impl SlowModes {
@@ -87,9 +81,9 @@ impl SlowModes {
         stop: &Stop<'_>,
     ) -> Option<SlowModes> {
         let (freedoms, is_over_area) = (stuck.classes()[class].size(), stuck.lattice.lanes > 1);
-        let mut inverse = Inverse::of(stuck, class, stop)?;
+        let inverse = Inverse::of(stuck, class, stop)?;
         let most = if is_over_area { 2 * freedoms } else { 2 * freedoms - FIRST_SOLUTIONS };
-        let Arnoldi { basis, map } = arnoldi(freedoms, &mut inverse, iterations.min(most))?;
+        let (basis, map) = arnoldi(freedoms, &inverse, iterations.min(most))?;
         let values = map.eigenvalues(stop)?;
         let mut values: Vec<Complex> = values.into_iter().filter(|value| value.im <= 0.0).collect();
         // A rate with a positive imaginary part has an eigenvalue with a negative one.
@@ -101,27 +95,14 @@ impl SlowModes {
         } else {
             values.sort_by(|a, b| b.size().total_cmp(&a.size()));
         }
-        let mut modes = SlowModes {
-            class,
-            freedoms,
-            shapes: Vec::new(),
-            rates: Vec::new(),
-            velocities: Vec::new(),
-            own: Vec::new(),
-            weights: Vec::new(),
-            off: Vec::new(),
-            powers: Powers::of(&[]),
-            next_falls_by: 1.0,
-        };
-        let scratch = || vec![0.0; freedoms];
-        let mut work = [scratch(), scratch(), scratch(), scratch(), scratch(), scratch()];
+        let mut modes = SlowModes { class, freedoms, next_falls_by: 1.0, ..SlowModes::default() };
         let mut missing = 0;
         for value in values {
             let rate = inverse.rate(value);
             if stop.look() {
                 return None;
             }
-            if !modes.take(stuck, &basis, &map, [value, rate], &mut work) {
+            if !modes.accept(stuck, &basis, &map, [value, rate]) {
                 missing += 1;
                 modes.next_falls_by = modes.next_falls_by.min(falls_by(rate).abs());
                 if missing == MOST_MISSING {
@@ -134,55 +115,54 @@ impl SlowModes {
     }
 
     /// Accepts the mode of an eigenvalue, if it is accurate enough.
-    fn take(
+    fn accept(
         &mut self,
         stuck: &StuckLattice,
         basis: &[f64],
         map: &Hessenberg,
         [value, rate]: [Complex; 2],
-        work: &mut [Vec<f64>; 6],
     ) -> bool {
         let freedoms = self.freedoms;
-        let [re, im, stiff_re, stiff_im, damped_re, damped_im] = work;
         let coordinates = map.eigenvector(value);
         // From the first half, `t x`, to which the map was applied once more than to the second.
-        let parts = [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
-        for (part, times) in [&mut *re, &mut *im].into_iter().zip::<[Vec<f64>; 2]>(parts) {
-            part.fill(0.0);
-            kernels::add_columns(part, &basis[..map.size * freedoms], &times);
-        }
-        let largest = re.iter().zip(&*im).fold(0.0, |most: f64, (re, im)| most.max(re * re + im * im)).sqrt();
+        let parts: [Vec<f64>; 2] =
+            [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
+        let [mut re, mut im] = parts.map(|times| {
+            let mut part = vec![0.0; freedoms];
+            kernels::add_columns(&mut part, &basis[..map.size * freedoms], &times);
+            part
+        });
+        let largest = re.iter().zip(&im).fold(0.0, |most: f64, (re, im)| most.max(re * re + im * im)).sqrt();
         let is_found = largest > 0.0;
         if !is_found {
             return false;
         }
-        for x in re.iter_mut().chain(&mut *im) {
+        for x in re.iter_mut().chain(&mut im) {
             *x /= largest;
         }
         let (by_stiffness, by_damping) =
             (stuck.step_s * stuck.step_s / stuck.mass_kg, stuck.step_s / stuck.mass_kg);
-        stuck.products_in(self.class, stiff_re, damped_re, re);
-        stuck.products_in(self.class, stiff_im, damped_im, im);
-        for x in stiff_re.iter_mut().chain(&mut *stiff_im) {
-            *x *= by_stiffness;
+        let [mut of_re, mut of_im] = [&re, &im].map(|part| stuck.products_in(self.class, part));
+        for [stiff, damped] in [&mut of_re, &mut of_im] {
+            stiff.iter_mut().for_each(|x| *x *= by_stiffness);
+            damped.iter_mut().for_each(|x| *x *= by_damping);
         }
-        for x in damped_re.iter_mut().chain(&mut *damped_im) {
-            *x *= by_damping;
-        }
+        let ([stiff_re, damped_re], [stiff_im, damped_im]) = (of_re, of_im);
+        let both = [&re[..], &im].concat();
         // The products of `x` with `x`, `K x` and `D x`, without conjugates.
         let product = |of_re: &[f64], of_im: &[f64]| {
             let mut sums = [[0.0; 2]; 2];
-            kernels::dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
-            kernels::dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
-            Complex { re: sums[0][0] - sums[1][1], im: sums[0][1] + sums[1][0] }
+            kernels::dots(&mut sums[0], &both, of_re);
+            kernels::dots(&mut sums[1], &both, of_im);
+            Complex::new(sums[0][0] - sums[1][1], sums[0][1] + sums[1][0])
         };
         let (square, stiff, damped) =
-            (product(re, im), product(stiff_re, stiff_im), product(damped_re, damped_im));
+            (product(&re, &im), product(&stiff_re, &stiff_im), product(&damped_re, &damped_im));
         let mut s = rate;
         for _ in 0..3 {
-            let off = s * s * square + s * (damped + stiff) + stiff;
-            let slope = s * square.scaled(2.0) + (damped + stiff);
-            s = s - off / slope;
+            let value = s * s * square + s * (damped + stiff) + stiff;
+            let slope = s * square.scale(2.0) + (damped + stiff);
+            s -= value / slope;
         }
         let is_rate = s.re.is_finite() && s.im >= 0.0 && s.size() > 0.0;
         if !is_rate {
@@ -199,28 +179,26 @@ impl SlowModes {
             return false;
         }
         let velocity = s / (Complex::ONE + s);
-        let mut off = 0.0;
+        let mut defect = 0.0;
         for n in 0..freedoms {
-            let (x, damped) =
-                (Complex { re: re[n], im: im[n] }, Complex { re: damped_re[n], im: damped_im[n] });
-            let e = Complex { re: stiff_re[n], im: stiff_im[n] } + velocity * (damped + s * x);
-            off += e.re * e.re + e.im * e.im;
+            let (x, damped) = (Complex::new(re[n], im[n]), Complex::new(damped_re[n], damped_im[n]));
+            let e = Complex::new(stiff_re[n], stiff_im[n]) + velocity * (damped + s * x);
+            defect += e.re * e.re + e.im * e.im;
         }
-        let length: f64 = re.iter().zip(&*im).map(|(re, im)| re * re + im * im).sum();
-        let share = (off / length).sqrt() / velocity.size();
+        let length: f64 = re.iter().zip(&im).map(|(re, im)| re * re + im * im).sum();
+        let share = (defect / length).sqrt() / velocity.size();
         let is_near = share <= DEFECT;
         if !is_near {
             return false;
         }
         let weight = if is_real { 1.0 } else { 2.0 };
-        self.shapes.extend_from_slice(re);
-        self.shapes.extend_from_slice(im);
+        self.shapes.extend(both);
         self.rates.push(s);
         self.velocities.push(velocity);
         let own = velocity * square - stiff / (s * (Complex::ONE + s));
         self.own.push(Complex::ONE / own);
         self.weights.push(weight);
-        self.off.push(weight * off.sqrt() * stuck.mass_kg.sqrt() / stuck.step_s);
+        self.defects.push(weight * defect.sqrt() * stuck.mass_kg.sqrt() / stuck.step_s);
         true
     }
 
@@ -229,13 +207,13 @@ impl SlowModes {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let motions = &stuck.classes()[self.class];
-        let (w, stiff) = (motions.fold(w), motions.fold(stiff));
+        let (w, stiff) = (motions.component(w), motions.component(stiff));
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
         kernels::dots(&mut of_w, &self.shapes, &w);
         kernels::dots(&mut of_stiff, &self.shapes, &stiff);
-        let of = |products: &[f64], m: usize| Complex { re: products[2 * m], im: products[2 * m + 1] };
+        let of = |products: &[f64], m: usize| Complex::new(products[2 * m], products[2 * m + 1]);
         let coordinate =
-            |m: usize| (of(&of_w, m) - of(&of_stiff, m).scaled(by_stiffness) / self.rates[m]) * self.own[m];
+            |m: usize| (of(&of_w, m) - of(&of_stiff, m).scale(by_stiffness) / self.rates[m]) * self.own[m];
         (0..count).map(coordinate).collect()
     }
 
@@ -287,8 +265,9 @@ fn falls_by(rate: Complex) -> f64 {
 /// Vectors that a new one is made orthogonal to at once, while they are at hand.
 const AT_ONCE: usize = 8;
 
-/// `None` if the stiffness cannot be solved with, or the stop comes.
-fn arnoldi(freedoms: usize, inverse: &mut Inverse<'_>, iterations: usize) -> Option<Arnoldi> {
+/// Arnoldi's iteration: an orthonormal basis, and the map in it; `None` if the stiffness cannot be solved with, or the
+/// stop comes.
+fn arnoldi(freedoms: usize, inverse: &Inverse<'_>, iterations: usize) -> Option<(Vec<f64>, Hessenberg)> {
     // Both halves of the vectors, each in a matrix of its own.
     let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
     halves[1].reserve((iterations + 1) * freedoms);
@@ -357,7 +336,7 @@ fn arnoldi(freedoms: usize, inverse: &mut Inverse<'_>, iterations: usize) -> Opt
     for i in 0..size {
         small.rows[i * size..][..size].copy_from_slice(&map.rows[i * iterations..][..size]);
     }
-    Some(Arnoldi { basis, map: small })
+    Some((basis, small))
 }
 
 #[cfg(test)]
@@ -367,6 +346,7 @@ mod tests {
 
     use super::{SlowModes, falls_by};
     use crate::modes::Coordinates;
+    use crate::modes::complex::Functions;
     use crate::modes::slow_modes::stuck::StuckLattice;
     use crate::records::stop::Stop;
 
@@ -438,10 +418,9 @@ mod tests {
         };
         let (mut u, mut w) = (vec![0.0; freedoms], vec![0.0; freedoms]);
         modes.add(stuck, &coordinates, count, &mut u, &mut w);
-        let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
         // Decomposing a composed state returns its coordinates.
         let moving: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
-        stuck.products(&mut stiff, &mut damped, &moving, &w);
+        let [stiff, _] = stuck.products(&moving, &w);
         let found = modes.project(stuck, &w, &stiff);
         let parts = |of: &Coordinates| of.re.iter().chain(&of.im).copied().collect::<Vec<f64>>();
         for (found, own) in parts(&found).into_iter().zip(parts(&coordinates)) {
@@ -451,7 +430,7 @@ mod tests {
         let largest = |of: &[f64]| of.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let mut most = 0.0_f64;
         for _ in 0..STEPS {
-            stuck.products(&mut stiff, &mut damped, &u, &w);
+            let [stiff, damped] = stuck.products(&u, &w);
             for n in 0..freedoms {
                 w[n] -= (stuck.step_s * stuck.step_s * stiff[n] + stuck.step_s * damped[n]) / stuck.mass_kg;
                 u[n] += w[n];

@@ -4,7 +4,7 @@
 //! Eigenvalues by Francis' double steps (EISPACK's `hqr`), eigenvectors by inverse iteration. Nothing
 //! but the four operations and square roots, so that the same matrix gives the same bits everywhere.
 
-use crate::modes::complex::Complex;
+use crate::modes::complex::{Complex, Functions};
 use crate::records::stop::Stop;
 
 /// Most steps for one eigenvalue; two or three are usual.
@@ -61,8 +61,8 @@ impl Hessenberg {
                     values[n - 1] = Complex::from(x + z);
                     values[n] = Complex::from(if z == 0.0 { x } else { x - w / z });
                 } else {
-                    values[n - 1] = Complex { re: x + p, im: root };
-                    values[n] = Complex { re: x + p, im: -root };
+                    values[n - 1] = Complex::new(x + p, root);
+                    values[n] = Complex::new(x + p, -root);
                 }
                 (end, steps) = (n - 1, 0);
                 continue;
@@ -221,13 +221,13 @@ impl Hessenberg {
                 let large = x[i].size();
                 if large > 1e100 {
                     for x in &mut x[..] {
-                        *x = x.scaled(1.0 / large);
+                        *x = x.scale(1.0 / large);
                     }
                 }
             }
             let square: f64 = x.iter().map(|x| x.re * x.re + x.im * x.im).sum();
             for x in &mut x {
-                *x = x.scaled(1.0 / square.sqrt());
+                *x = x.scale(1.0 / square.sqrt());
             }
         }
         x
@@ -239,7 +239,7 @@ mod tests {
     use asperity_model::mixed;
 
     use super::Hessenberg;
-    use crate::modes::complex::Complex;
+    use crate::modes::complex::{Complex, Functions};
     use crate::records::stop::Stop;
 
     #[test]
@@ -259,7 +259,7 @@ mod tests {
             for value in values {
                 let x = matrix.eigenvector(value);
                 for i in 0..size {
-                    let image = (0..size).fold(Complex::ZERO, |sum, j| sum + x[j].scaled(matrix.at(i, j)));
+                    let image = (0..size).fold(Complex::ZERO, |sum, j| sum + x[j].scale(matrix.at(i, j)));
                     assert!((image - value * x[i]).size() < 1e-11, "{size}: {value:?}");
                 }
             }

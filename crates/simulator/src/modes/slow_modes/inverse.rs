@@ -22,8 +22,8 @@
 //! imaginary part that is positive as well. Numbers in the elimination of such a symmetric matrix grow less than
 //! threefold (Higham 1998): it needs no pivoting.
 
-use crate::modes::complex::Complex;
-use crate::modes::slow_modes::complex_band::ComplexBand;
+use crate::modes::complex::{Complex, Functions};
+use crate::modes::slow_modes::factor::Factor;
 use crate::modes::slow_modes::stuck::StuckLattice;
 use crate::records::stop::Stop;
 
@@ -37,68 +37,54 @@ pub(crate) struct Inverse<'a> {
     stop: &'a Stop<'a>,
     /// `S`, and that of `y` in a shifted map.
     unit: f64,
-    shifted: Option<Shifted>,
-    stiff: Vec<f64>,
-    damped: Vec<f64>,
-}
-
-/// What a shift needs.
-struct Shifted {
-    /// `T(s_0) / (1 + s_0)`.
-    factor: ComplexBand,
-    /// The index of each freedom in it.
-    place: Vec<usize>,
-    /// The right side of a system, and its solution.
-    x: Vec<Complex>,
+    /// `T(s_0) / (1 + s_0)` of a shifted map.
+    shifted: Option<Factor<Complex>>,
 }
 
 impl<'a> Inverse<'a> {
     /// `None` if the stop comes.
     pub(crate) fn of(stuck: &'a StuckLattice, class: usize, stop: &'a Stop<'_>) -> Option<Inverse<'a>> {
-        let zeros = || vec![0.0; stuck.classes()[class].size()];
         // All nodes are contacts: none is without a friction spring.
-        let swing = (stuck.lattice.nodes() == stuck.lattice.contacts()).then(|| stuck.swing_rate());
-        let unit = swing.map_or_else(|| unit_of_rates(stuck), |rate| SHIFT * rate);
-        let mut shifted = None;
-        if swing.is_some() {
-            let s = Complex { re: 0.0, im: unit };
-            let over = |of: Complex| of / (Complex::ONE + s);
-            let (factor, place) = stuck.complex_factor(class, [over(s * s), over(s)], stop)?;
-            shifted = Some(Shifted { factor, place, x: vec![Complex::ZERO; zeros().len()] });
+        if stuck.lattice.nodes() > stuck.lattice.contacts() {
+            return Some(Inverse { stuck, class, stop, unit: unit_of_rates(stuck), shifted: None });
         }
-        Some(Inverse { stuck, class, stop, unit, shifted, stiff: zeros(), damped: zeros() })
+        let unit = SHIFT * stuck.swing_rate();
+        let s = Complex::new(0.0, unit);
+        let over = |of: Complex| of / (Complex::ONE + s);
+        let factor = stuck.complex_factor(class, [over(s * s), over(s)], stop)?;
+        Some(Inverse { stuck, class, stop, unit, shifted: Some(factor) })
     }
 
     /// The image of `(a, b)`; `false` if the stiffness cannot be solved with, or the stop has come.
-    pub(crate) fn apply(&mut self, a: &[f64], b: &[f64], to_a: &mut [f64], to_b: &mut [f64]) -> bool {
+    pub(crate) fn apply(&self, a: &[f64], b: &[f64], to_a: &mut [f64], to_b: &mut [f64]) -> bool {
         if self.stop.look() {
             return false;
         }
-        let Inverse { stuck, class, stop, unit, shifted, stiff, damped } = self;
+        let &Inverse { stuck, class, stop, unit, ref shifted } = self;
         let (dt, mass) = (stuck.step_s, stuck.mass_kg);
-        stuck.products_in(*class, stiff, damped, a);
-        let Some(Shifted { factor, place, x }) = shifted else {
+        let [stiff, damped] = stuck.products_in(class, a);
+        let Some(factor) = shifted else {
             for n in 0..a.len() {
                 // `M^-1` is `dt^2 / m` times `K^-1`.
-                to_a[n] = *unit / dt * damped[n] + *unit * *unit * mass / (dt * dt) * b[n];
+                to_a[n] = unit / dt * damped[n] + unit * unit * mass / (dt * dt) * b[n];
             }
-            let is_solved = stuck.solve_in(*class, to_a, stop);
+            let is_solved = stuck.solve_in(class, to_a, stop);
             for (image, a) in to_a.iter_mut().zip(a) {
-                *image = -*image - *unit * a;
+                *image = -*image - unit * a;
             }
             to_b.copy_from_slice(a);
             return is_solved;
         };
-        let s = Complex { re: 0.0, im: *unit };
+        let s = Complex::new(0.0, unit);
         let (by_stiffness, by_damping) = (dt * dt / mass, dt / mass);
-        for n in 0..a.len() {
+        let right = (0..a.len()).map(|n| {
             let moved = by_damping * damped[n] + by_stiffness * stiff[n];
-            x[place[n]] = Complex { re: -(*unit * b[n] + moved), im: -(*unit * a[n]) } / (Complex::ONE + s);
-        }
-        factor.solve(x);
-        for n in 0..a.len() {
-            let x = x[place[n]];
-            (to_a[n], to_b[n]) = (x.re, a[n] / *unit - x.im);
+            Complex::new(-(unit * b[n] + moved), -(unit * a[n])) / (Complex::ONE + s)
+        });
+        let mut x: Vec<Complex> = right.collect();
+        factor.solve(&mut x);
+        for (n, x) in x.into_iter().enumerate() {
+            (to_a[n], to_b[n]) = (x.re, a[n] / unit - x.im);
         }
         true
     }
@@ -110,7 +96,7 @@ impl<'a> Inverse<'a> {
             return Complex::from(self.unit) / value;
         }
         let half = Complex::from(0.5) / value;
-        let root = (half * half - Complex::from(self.unit * self.unit)).sqrt();
+        let root = (half * half - Complex::from(self.unit * self.unit)).root();
         let (one, other) = (half + root, half - root);
         if one.size() >= other.size() { one } else { other }
     }

@@ -1,7 +1,7 @@
 //! Motions that a lattice keeps apart because it is its own mirror image.
 //!
 //! With several nodes across, the mirror `y -> -y` maps the lattice onto itself. A motion that equals its
-//! mirror image, *even*, stays so, and likewise one that is reversed by it, *odd*. In an orthonormal basis of
+//! mirror image, *even*, stays so, and one that is reversed by it, *odd*, stays reversed. In an orthonormal basis of
 //! such motions, `(a + b) / sqrt 2` and `(a - b) / sqrt 2` for two freedoms that mirror each other, stiffness
 //! and damping consist of two blocks. Each has half of the freedoms; a factor of its stiffness takes an eighth of
 //! the work and a quarter of the memory, and both together a quarter and a half. A run whose drive and contacts
@@ -74,7 +74,7 @@ impl Motions {
     }
 
     /// The component of a motion of all freedoms that is one of these.
-    pub(crate) fn fold(&self, all: &[f64]) -> Vec<f64> {
+    pub(crate) fn component(&self, all: &[f64]) -> Vec<f64> {
         let own = self.basis.iter().map(|(freedom, mirrored)| match mirrored {
             None => all[*freedom],
             Some((image, sign)) => (all[*freedom] + sign * all[*image]) * ROOT_OF_HALF,
@@ -96,7 +96,7 @@ impl Motions {
     }
 
     /// Whether a motion has no component among these, to the bit.
-    pub(crate) fn lack(&self, all: &[f64]) -> bool {
+    pub(crate) fn has_no_component(&self, all: &[f64]) -> bool {
         self.basis.iter().all(|(freedom, mirrored)| match mirrored {
             None => all[*freedom] == 0.0,
             Some((image, sign)) => all[*freedom] + sign * all[*image] == 0.0,
@@ -132,6 +132,6 @@ pub(crate) fn mirrors_itself(plan: &Plan, lattice: &Lattice) -> bool {
     let initial = &plan.initial;
     let odd = Motions::of_sign(lattice, -1.0);
     arrays.into_iter().all(|values| of_contacts(values))
-        && odd.lack(&initial.displacement_m)
-        && odd.lack(&initial.velocity_m_per_s)
+        && odd.has_no_component(&initial.displacement_m)
+        && odd.has_no_component(&initial.velocity_m_per_s)
 }

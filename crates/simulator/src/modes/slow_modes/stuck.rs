@@ -14,10 +14,10 @@ use std::sync::OnceLock;
 use asperity_model::plan::{Drive, DriveSpring};
 use asperity_model::{Lattice, Plan};
 
-use crate::kernels::{self, ROWS};
+use crate::kernels;
 use crate::modes::complex::Complex;
 use crate::modes::slow_modes::assembly::{Assembly, width};
-use crate::modes::slow_modes::complex_band::ComplexBand;
+use crate::modes::slow_modes::factor::Factor;
 use crate::modes::slow_modes::mirror::{Motions, mirror_image, mirrors_itself};
 use crate::records::stop::Stop;
 
@@ -26,9 +26,9 @@ use crate::records::stop::Stop;
 pub(crate) struct StuckLattice {
     pub(crate) lattice: Lattice,
     /// Stiffness on each freedom from springs other than those between nodes, if any: those that are
-    /// mirror images of each other, and other ones.
+    /// mirror images of each other; and other ones.
     held_n_per_m: Vec<(usize, f64)>,
-    coupled_n_per_m: Vec<(usize, f64)>,
+    coupling: Vec<Coupling>,
     /// `k_t`.
     interfacial_n_per_m: f64,
     pub(crate) step_s: f64,
@@ -37,28 +37,18 @@ pub(crate) struct StuckLattice {
     factors: Vec<Factored>,
     /// Those that the whole stiffness keeps apart.
     classes: Vec<Motions>,
-    coupling: Vec<Coupling>,
 }
 
-/// Motions with the factor of their stiffness; `None` if it is not positive by its numbers.
+/// Motions with Cholesky's factor of their stiffness; `None` if it is not positive by its numbers.
 #[derive(Debug)]
 struct Factored {
     motions: Motions,
-    factor: OnceLock<Option<Factor>>,
+    factor: OnceLock<Option<Factor<f64>>>,
 }
 
-/// Cholesky's factor of a stiffness.
-#[derive(Debug)]
-struct Factor {
-    band: Vec<f64>,
-    width: usize,
-    /// The index of each freedom in the band.
-    place: Vec<usize>,
-}
-
-/// Sizes of the systems by which the modes of a stuck lattice over an area are found.
+/// SystemSizes of the systems by which the modes of a stuck lattice over an area are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Sizes {
+pub(crate) struct SystemSizes {
     /// Classes of motions that the run has.
     pub(crate) classes: usize,
     /// Freedoms of each.
@@ -69,15 +59,15 @@ pub(crate) struct Sizes {
     pub(crate) width: usize,
 }
 
-impl Sizes {
-    pub(crate) fn of(plan: &Plan, lattice: &Lattice) -> Sizes {
+impl SystemSizes {
+    pub(crate) fn of(plan: &Plan, lattice: &Lattice) -> SystemSizes {
         let (all, width) = (lattice.freedoms(), width(lattice) / 2);
         let couples = |spring: &DriveSpring| !is_mirrored(spring, &plan.drive, lattice);
         if plan.drive.springs.iter().any(couples) {
-            return Sizes { classes: 1, freedoms: all, factors: 2, width };
+            return SystemSizes { classes: 1, freedoms: all, factors: 2, width };
         }
         let classes = if mirrors_itself(plan, lattice) { 1 } else { 2 };
-        Sizes { classes, freedoms: all.div_ceil(2), factors: 1, width }
+        SystemSizes { classes, freedoms: all.div_ceil(2), factors: 1, width }
     }
 }
 
@@ -91,9 +81,9 @@ fn is_mirrored(spring: &DriveSpring, drive: &Drive, lattice: &Lattice) -> bool {
 #[derive(Debug)]
 struct Coupling {
     freedom: usize,
-    /// `z`, and `K / (1 + K e' z)`.
-    yields_m_per_n: Vec<f64>,
-    held_n_per_m: f64,
+    /// `K`, and `z`.
+    stiffness_n_per_m: f64,
+    compliance_m_per_n: Vec<f64>,
 }
 
 impl StuckLattice {
@@ -116,15 +106,12 @@ impl StuckLattice {
         let held = |spring: &&DriveSpring| (spring.block, spring.stiffness_n_per_m);
         let held_n_per_m: Vec<(usize, f64)> =
             friction.chain(foundation).chain(mirrored.iter().map(held)).collect();
-        let coupled_n_per_m: Vec<(usize, f64)> = coupled.iter().map(held).collect();
         let kept_apart = Motions::kept_apart(&lattice);
-        let classes =
-            if coupled_n_per_m.is_empty() { kept_apart.clone() } else { vec![Motions::all(&lattice)] };
+        let classes = if coupled.is_empty() { kept_apart.clone() } else { vec![Motions::all(&lattice)] };
         let factored = |motions: Motions| Factored { motions, factor: OnceLock::new() };
         let mut stuck = StuckLattice {
             lattice,
             held_n_per_m,
-            coupled_n_per_m,
             interfacial_n_per_m: kt,
             step_s: plan.grid.step_s(),
             mass_kg: plan.block_mass_kg,
@@ -133,14 +120,13 @@ impl StuckLattice {
             coupling: Vec::new(),
         };
         stuck.factor(0, stop)?;
-        for (freedom, stiffness_n_per_m) in stuck.coupled_n_per_m.clone() {
-            let mut yields_m_per_n = vec![0.0; stuck.freedoms()];
-            yields_m_per_n[freedom] = 1.0;
-            if !stuck.solve(&mut yields_m_per_n, stop) {
+        for (freedom, stiffness_n_per_m) in coupled.iter().map(held) {
+            let mut compliance_m_per_n = vec![0.0; stuck.freedoms()];
+            compliance_m_per_n[freedom] = 1.0;
+            if !stuck.solve(&mut compliance_m_per_n, stop) {
                 return None;
             }
-            let held_n_per_m = stiffness_n_per_m / (1.0 + stiffness_n_per_m * yields_m_per_n[freedom]);
-            stuck.coupling.push(Coupling { freedom, yields_m_per_n, held_n_per_m });
+            stuck.coupling.push(Coupling { freedom, stiffness_n_per_m, compliance_m_per_n });
         }
         Some(stuck)
     }
@@ -160,19 +146,20 @@ impl StuckLattice {
         let given = force.to_vec();
         force.fill(0.0);
         for (number, Factored { motions, .. }) in self.factors.iter().enumerate() {
-            if motions.lack(&given) {
+            if motions.has_no_component(&given) {
                 continue;
             }
-            let (Some(factor), mut own) = (self.factor(number, stop), motions.fold(&given)) else {
+            let (Some(factor), mut own) = (self.factor(number, stop), motions.component(&given)) else {
                 return false;
             };
             factor.solve(&mut own);
             motions.add(force, &own);
         }
-        for Coupling { freedom, yields_m_per_n, held_n_per_m } in &self.coupling {
-            let force_n = held_n_per_m * force[*freedom];
-            for (x, yields) in force.iter_mut().zip(yields_m_per_n) {
-                *x -= force_n * yields;
+        for &Coupling { freedom, stiffness_n_per_m, ref compliance_m_per_n } in &self.coupling {
+            let held_n_per_m = stiffness_n_per_m / (1.0 + stiffness_n_per_m * compliance_m_per_n[freedom]);
+            let force_n = held_n_per_m * force[freedom];
+            for (x, compliance) in force.iter_mut().zip(compliance_m_per_n) {
+                *x -= force_n * compliance;
             }
         }
         true
@@ -189,25 +176,25 @@ impl StuckLattice {
     }
 
     /// `M u` and `C v`.
-    pub(crate) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
+    pub(crate) fn products(&self, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
+        let mut products = [vec![0.0; u.len()], vec![0.0; v.len()]];
+        let [stiff, damped] = &mut products;
         kernels::lattice_pull(stiff, damped, u, v, &self.lattice);
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;
         }
-        for &(freedom, stiffness_n_per_m) in self.held() {
+        for (freedom, stiffness_n_per_m) in self.held() {
             stiff[freedom] += stiffness_n_per_m * u[freedom];
         }
+        products
     }
 
     /// [`StuckLattice::products`] with the same vector, in the basis of a class.
-    pub(crate) fn products_in(&self, class: usize, stiff: &mut [f64], damped: &mut [f64], x: &[f64]) {
+    pub(crate) fn products_in(&self, class: usize, x: &[f64]) -> [Vec<f64>; 2] {
         let motions = &self.classes[class];
-        let zeros = || vec![0.0; self.freedoms()];
-        let [mut all_x, mut all_stiff, mut all_damped] = [zeros(), zeros(), zeros()];
-        motions.add(&mut all_x, x);
-        self.products(&mut all_stiff, &mut all_damped, &all_x, &all_x);
-        stiff.copy_from_slice(&motions.fold(&all_stiff));
-        damped.copy_from_slice(&motions.fold(&all_damped));
+        let mut all = vec![0.0; self.freedoms()];
+        motions.add(&mut all, x);
+        self.products(&all, &all).map(|all| motions.component(&all))
     }
 
     /// `sqrt(k_t / m)` in units of the step.
@@ -215,60 +202,40 @@ impl StuckLattice {
         self.step_s * (self.interfacial_n_per_m / self.mass_kg).sqrt()
     }
 
-    /// `K + a + b D` for two numbers `a` and `b` in the basis of a class, factored, and the place of each freedom
-    /// in it; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
+    /// The factor of `K + a + b D` for two numbers `a` and `b` in the basis of a class; `None` once the stop has come. The bands of a large sheet take longer to fill than a second.
     pub(crate) fn complex_factor(
         &self,
         class: usize,
         [a, b]: [Complex; 2],
         stop: &Stop<'_>,
-    ) -> Option<(ComplexBand, Vec<usize>)> {
+    ) -> Option<Factor<Complex>> {
         let assembly = Assembly::of(&self.lattice, &self.classes[class]);
-        let stiffness = assembly.stiffness(self.held().copied());
+        let stiffness = assembly.stiffness(self.held());
         let damping = (!stop.look()).then(|| assembly.damping())?;
         let (by_stiffness, by_damping) =
             (self.step_s * self.step_s / self.mass_kg, self.step_s / self.mass_kg);
         let parts = stiffness.iter().zip(&damping);
-        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scaled(by_damping * c));
+        let joined = parts.map(|(k, c)| Complex::from(by_stiffness * k) + b.scale(by_damping * c));
         let mut band: Vec<Complex> = (!stop.look()).then(|| joined.collect())?;
-        for row in band.chunks_exact_mut(assembly.width) {
-            let diagonal = row.len() - 1;
-            row[diagonal] = row[diagonal] + a;
+        for diagonal in band.iter_mut().skip(assembly.width - 1).step_by(assembly.width) {
+            *diagonal += a;
         }
-        let factor = ComplexBand::factored(band, assembly.width, stop);
-        (!stop.has_come()).then_some((factor, assembly.place))
+        Factor::of_complex(band, assembly.width, assembly.place, stop)
     }
 
     /// All springs that hold freedoms.
-    fn held(&self) -> impl Iterator<Item = &(usize, f64)> {
-        self.held_n_per_m.iter().chain(&self.coupled_n_per_m)
+    fn held(&self) -> impl Iterator<Item = (usize, f64)> {
+        let coupled = self.coupling.iter().map(|coupling| (coupling.freedom, coupling.stiffness_n_per_m));
+        self.held_n_per_m.iter().copied().chain(coupled)
     }
 
-    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor> {
+    fn factor(&self, number: usize, stop: &Stop<'_>) -> Option<&Factor<f64>> {
         let Factored { motions, factor } = &self.factors[number];
-        stop.get_or_find(factor, || self.factored(motions, stop))
-    }
-
-    fn factored(&self, motions: &Motions, stop: &Stop<'_>) -> Option<Factor> {
-        let assembly = Assembly::of(&self.lattice, motions);
-        let mut band = assembly.stiffness(self.held_n_per_m.iter().copied());
-        let Assembly { width, place, .. } = assembly;
-        let mut groups = (0..place.len()).step_by(ROWS);
-        let is_positive = groups.all(|from| !stop.look() && kernels::factor_rows(&mut band, width, from));
-        is_positive.then_some(Factor { band, width, place })
-    }
-}
-
-impl Factor {
-    fn solve(&self, force: &mut [f64]) {
-        let mut placed = vec![0.0; force.len()];
-        for (place, force) in self.place.iter().zip(&*force) {
-            placed[*place] = *force;
-        }
-        kernels::solve_band(&mut placed, &self.band, self.width);
-        for (place, x) in self.place.iter().zip(force) {
-            *x = placed[*place];
-        }
+        stop.get_or_find(factor, || {
+            let assembly = Assembly::of(&self.lattice, motions);
+            let band = assembly.stiffness(self.held_n_per_m.iter().copied());
+            Factor::of(band, assembly.width, assembly.place, stop)
+        })
     }
 }
 
@@ -278,7 +245,7 @@ mod tests {
     use asperity_model::{Plan, mixed};
 
     use super::StuckLattice;
-    use crate::modes::slow_modes::pressed;
+    use crate::modes::slow_modes::top_loads;
     use crate::records::stop::Stop;
 
     fn stuck(scenario: &str, sets: &[&str]) -> (Plan, StuckLattice) {
@@ -327,19 +294,18 @@ mod tests {
             let (plan, stuck) = stuck(scenario, &sets);
             let freedoms = stuck.freedoms();
             let u = numbers(1, freedoms);
-            let (mut force, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
-            stuck.products(&mut force, &mut damped, &u, &u);
+            let [mut force, _] = stuck.products(&u, &u);
             assert!(stuck.solve(&mut force, &Stop::never()));
             for (found, u) in force.iter().zip(&u) {
                 assert!((found - u).abs() < 1e-11, "{scenario} {sets:?}: {found} {u}");
             }
             // The state of rest is at rest in it.
             let rest = &plan.initial.displacement_m;
-            stuck.products(&mut force, &mut damped, rest, rest);
+            let [mut force, _] = stuck.products(rest, rest);
             for spring in &plan.drive.springs {
                 force[spring.block] -= spring.stiffness_n_per_m * spring.rest_m;
             }
-            for (freedom, load_n) in pressed(&plan, &stuck.lattice) {
+            for (freedom, load_n) in top_loads(&plan, &stuck.lattice) {
                 force[freedom] += load_n;
             }
             assert!(force.iter().all(|force| force.abs() < 1e-9), "{force:?}");
@@ -358,8 +324,7 @@ mod tests {
                     .map(|n| {
                         let mut unit = vec![0.0; freedoms];
                         unit[n] = 1.0;
-                        let (mut row, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
-                        stuck.products(&mut row, &mut damped, &unit, &unit);
+                        let [row, _] = stuck.products(&unit, &unit);
                         row
                     })
                     .collect();
@@ -404,13 +369,15 @@ mod tests {
             let own = numbers(3, motions.size());
             let mut all = vec![0.0; freedoms];
             motions.add(&mut all, &own);
-            let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
-            stuck.products(&mut stiff, &mut damped, &all, &all);
+            let [stiff, damped] = stuck.products(&all, &all);
             let other = &stuck.classes()[1 - class];
-            assert!(other.lack(&all) && other.lack(&stiff) && other.lack(&damped));
-            assert!(!motions.lack(&all));
-            let (mut own_stiff, mut own_damped) = (vec![0.0; own.len()], vec![0.0; own.len()]);
-            stuck.products_in(class, &mut own_stiff, &mut own_damped, &own);
+            assert!(
+                other.has_no_component(&all)
+                    && other.has_no_component(&stiff)
+                    && other.has_no_component(&damped)
+            );
+            assert!(!motions.has_no_component(&all));
+            let [mut own_stiff, _] = stuck.products_in(class, &own);
             assert!(stuck.solve_in(class, &mut own_stiff, &Stop::never()));
             for (found, own) in own_stiff.iter().zip(&own) {
                 assert!((found - own).abs() < 1e-12, "{found} {own}");

@@ -11,7 +11,7 @@ use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
 use crate::energy::{Accounts, Bookkeeping};
-use crate::kernels::{self, After, Blocks, Moved, Steps};
+use crate::kernels::{self, After, Blocks, Moved};
 use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::{JunctionLoops, Loaded};
 use crate::step::law::{ChainLoops, loops};
@@ -59,18 +59,17 @@ impl ChainBody {
     /// Steps until the first contact would switch, by linear extrapolation of forces and velocities from
     /// the last two steps, in which none may have switched.
     pub(crate) fn foreseen_steps(&self, plan: &Plan, state: &SliderState) -> f64 {
-        let [tau, tau_before] = match &self.by_springs {
+        let forces_n: [&[f64]; 2] = match &self.by_springs {
             Some([last_n, next_n]) => [next_n, last_n],
             None => [&state.tangential_force_n, &self.former_tangential_force_n],
         };
-        let steps =
-            Steps { tau, tau_before, v: &state.velocity_m_per_s, v_before: &self.former_velocity_m_per_s };
+        let velocities: [&[f64]; 2] = [&state.velocity_m_per_s, &self.former_velocity_m_per_s];
         let decline = if self.strength.changes() {
             self.strength.load.fall_to(Load::in_step(plan, state.step + 1, state.hold_step))
         } else {
             0.0
         };
-        kernels::crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
+        kernels::crossing_ahead(forces_n, velocities, &state.slip, &self.strength.threshold_n, decline)
     }
 }
 

@@ -25,7 +25,7 @@ use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
-use crate::kernels::{self, After, Forces, MovedContacts, MovedWork, Rubbed};
+use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::{JunctionLoops, Loaded};
 use crate::step::law::{ContactLoops, loops, loops_over_area};
@@ -52,7 +52,8 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
     strength: Strength,
     /// Friction of each contact, axis by axis.
     friction_n: Vec<f64>,
-    work: MovedWork,
+    /// The work of the last step ([`kernels::lattice_move`]).
+    work: [f64; 3],
     /// Energy at the start of a run that begins in a given state.
     initial_j: f64,
 }
@@ -87,7 +88,7 @@ impl<const D: usize> LatticeBody<D> {
             direction: vec![0.0; D * contacts],
             strength: Strength::new(plan),
             friction_n: vec![0.0; D * contacts],
-            work: MovedWork::default(),
+            work: [0.0; 3],
             initial_j: 0.0,
             lattice,
             law,
@@ -195,7 +196,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             _ => {
                 let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
                 let mut outer_n = outer_n.chunks_exact_mut(nodes).map(|of_nodes| &mut of_nodes[..contacts]);
-                let contacts = &mut Rubbed {
+                let contacts = &mut ContactInputs {
                     u: along(u, nodes, contacts),
                     v: along(v, nodes, contacts),
                     anchor: along(&state.stick_position_m, contacts, contacts),
@@ -214,8 +215,8 @@ impl<const D: usize> Body for LatticeBody<D> {
             }
         };
         let LatticeBody { springs_n, dashpots_n, outer_n, .. } = self;
-        let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
-        self.work = kernels::lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
+        let (u, v) = (&mut state.displacement_m, &mut state.velocity_m_per_s);
+        self.work = kernels::lattice_move(u, v, [springs_n, dashpots_n, outer_n], dt, dt_over_m);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
             let loaded = Loaded::new(
                 state.step,
@@ -255,7 +256,8 @@ impl<const D: usize> Body for LatticeBody<D> {
 
     fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
-        let (lattice, work) = (&self.lattice, &self.work);
+        let lattice = &self.lattice;
+        let [springs_w, dashpots_w, square] = self.work;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let dt = plan.grid.step_s();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
@@ -273,12 +275,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let mut heat_j = 0.0;
         // Over an area contacts may be many, and are summed by a kernel.
         if D > 1 {
-            let [square, power_w] = kernels::rubbed_work::<D>(&MovedContacts {
-                v: along(v, nodes, contacts),
-                friction: along(&self.friction_n, contacts, contacts),
-                slip: &state.slip,
-                any_slid: state.sliding > 0,
-            });
+            let (v, friction) = (along(v, nodes, contacts), along(&self.friction_n, contacts, contacts));
+            let [square, power_w] = kernels::friction_work::<D>(v, friction, &state.slip, state.sliding > 0);
             (heat_j, bent_j) = (dt * power_w, bent_j + 0.5 * kt * dt * dt * square);
         }
         let sums_contacts = D == 1 && self.junctions.is_none();
@@ -308,8 +306,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         ledger.drive_work_j.add(advance_m * drive_n);
         ledger.load_work_j.add(dt * pressed_w);
         ledger.friction_heat_j.add(heat_j);
-        ledger.viscous_loss_j.add(-dt * work.dashpots);
-        ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
+        ledger.viscous_loss_j.add(-dt * dashpots_w);
+        ledger.scheme_work_j.add(0.5 * dt * springs_w - 0.5 * plan.block_mass_kg * square + bent_j);
     }
 
     /// At rest it keeps the energy that its load has compressed into it.

@@ -1,51 +1,38 @@
 //! Energies of a jump ([`super`]).
 //!
 //! The work of drive and load are geometric sums over the steps. The work of the scheme is a difference
-//! of [`Worth`], and the viscous loss is the remainder of the balance.
+//! of a potential ([`Energies`]), and the viscous loss is the remainder of the balance.
 
 use asperity_model::Plan;
 
 use crate::energy::lattice_energy::stored_j;
-use crate::energy::ledger::Ledger;
 use crate::kernels;
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::Part;
-use crate::leap::jump::lattice::Jump;
+use crate::leap::jump::lattice::LatticeJump;
 use crate::modes::complex::Complex;
-use crate::modes::slow_modes::pressed;
+use crate::modes::slow_modes::top_loads;
 use crate::step::state::SliderState;
 
 /// Largest number of orders for the work of the scheme, and the share of it that is negligible.
 const MOST_ORDERS: usize = 12;
 const NEGLIGIBLE_WORK: f64 = 1e-13;
 
-/// Energies at the start of a jump.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Start {
-    ledger: Ledger,
-    here: Worth,
-}
-
-/// Energies of a state: kinetic and elastic energy, the function whose differences are the work of the
+/// Energies of a state: kinetic and elastic energy, the potential whose differences are the work of the
 /// scheme, and the part of it that a ledger leaves to the state.
 #[derive(Debug, Clone, Copy, Default)]
-struct Worth {
+pub(super) struct Energies {
     kinetic_j: f64,
     elastic_j: f64,
     scheme_j: f64,
     ahead_j: f64,
 }
 
-impl<const D: usize> Jump<D> {
-    /// The energies of the state from which the jump starts.
-    pub(super) fn energies_at_start(&mut self, plan: &Plan, state: &SliderState) -> Start {
-        Start { ledger: state.energy, here: self.worth(plan, state, 0) }
-    }
-
+impl<const D: usize> LatticeJump<D> {
     /// Brings the ledger of a state up to `into` steps of the jump, the step of the state.
     pub(crate) fn bring_up(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
-        let Start { mut ledger, here: start } = self.start;
-        let here = self.worth(plan, state, into);
+        let (mut ledger, start) = self.start;
+        let here = self.energies(plan, state, into);
         let (drive_j, load_j) = (self.drive_work_j(plan, into), self.load_work_j(plan, into));
         let scheme_j = here.scheme_j - start.scheme_j;
         let stored_j = (here.kinetic_j - start.kinetic_j) + (here.elastic_j - start.elastic_j);
@@ -73,7 +60,7 @@ impl<const D: usize> Jump<D> {
     fn drive_work_j(&self, plan: &Plan, into: u64) -> f64 {
         let Forced { position_m, from_step, hold_step, .. } = &self.forced;
         let moving = into.min(hold_step.saturating_sub(*from_step));
-        let advance_m = plan.drive.velocity_m_per_s * self.precomputed.stuck.step_s;
+        let advance_m = plan.drive.velocity_m_per_s * self.stuck.step_s;
         if moving == 0 || advance_m == 0.0 {
             return 0.0;
         }
@@ -94,21 +81,20 @@ impl<const D: usize> Jump<D> {
     fn load_work_j(&self, plan: &Plan, into: u64) -> f64 {
         let count = into as f64;
         let (first, rate) = (self.forced.ramp.load.scaled_n(1.0), self.forced.ramp.change_n(1.0));
-        let parts = pressed(plan, &self.precomputed.stuck.lattice);
+        let parts = top_loads(plan, &self.stuck.lattice);
         let advance_j: f64 = parts.map(|(freedom, load_n)| load_n * self.forced.advance_m[freedom]).sum();
         let work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
         let work_j = self.add_modes(work_j, into, |part, mode, [s, c, grown]| {
             // `sum_{j=1}^k s z^(j-1) = z^k - 1`, and with `j - 1` before it `k z^k - z (z^k - 1) / s`.
-            let rising = (Complex::ONE + grown).scaled(count) - (Complex::ONE + s) * grown / s;
-            (c * part.modes.pressed_j[mode] * (grown.scaled(first) + rising.scaled(rate))).re
+            let rising = (Complex::ONE + grown).scale(count) - (Complex::ONE + s) * grown / s;
+            (c * part.modes.load_work_j[mode] * (grown.scale(first) + rising.scale(rate))).re
         });
         -work_j
     }
 
     /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping.
-    fn worth(&mut self, plan: &Plan, state: &SliderState, into: u64) -> Worth {
-        let Jump { precomputed, forced, u: du, w: dv, stiff, damped, scratch, .. } = self;
-        let (stuck, Forced { moves, hold_step, ramp, .. }) = (&precomputed.stuck, &*forced);
+    pub(super) fn energies(&self, plan: &Plan, state: &SliderState, into: u64) -> Energies {
+        let LatticeJump { stuck, forced: Forced { moves, hold_step, ramp, .. }, .. } = self;
         let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let product = |a: &[f64], b: &[f64]| {
@@ -122,24 +108,23 @@ impl<const D: usize> Jump<D> {
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if *moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (load, load_change) = (ramp.ahead(into as f64), ramp.change_n(1.0));
-        kernels::lattice_pull(stiff, damped, u, v, &stuck.lattice);
-        let ahead_j = 0.5 * dt * product(stiff, v);
+        let (mut stiff, mut damped) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        kernels::lattice_pull(&mut stiff, &mut damped, u, v, &stuck.lattice);
+        let ahead_j = 0.5 * dt * product(&stiff, v);
         // `g x`.
         let steady_j = |x: &[f64]| {
             let springs = plan.drive.springs.iter();
             let drive: f64 = springs
                 .map(|spring| spring.stiffness_n_per_m * spring.direction * advance_m * x[spring.block])
                 .sum();
-            let parts = pressed(plan, &stuck.lattice);
-            let pressed: f64 = parts.map(|(freedom, load_n)| load_n * x[freedom]).sum();
-            drive - load_change * pressed
+            let parts = top_loads(plan, &stuck.lattice);
+            let on_top: f64 = parts.map(|(freedom, load_n)| load_n * x[freedom]).sum();
+            drive - load_change * on_top
         };
-        let loss = -product(damped, v);
+        let loss = -product(&damped, v);
         // `D v` and `D u`.
         let by_force = dt / mass;
-        for ((dv, stiff), damped) in dv.iter_mut().zip(&*stiff).zip(&*damped) {
-            *dv = stiff + damped;
-        }
+        let mut dv: Vec<f64> = stiff.iter().zip(&damped).map(|(stiff, damped)| stiff + damped).collect();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         for n in 0..plan.blocks {
             for axis in 0..D {
@@ -153,45 +138,42 @@ impl<const D: usize> Jump<D> {
         for spring in &plan.drive.springs {
             dv[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
-        for (freedom, load_n) in pressed(plan, &stuck.lattice) {
+        for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
             dv[freedom] -= load.scaled_n(load_n);
         }
-        for n in 0..dv.len() {
-            dv[n] *= by_force;
-            du[n] = dt * (v[n] + dv[n]);
-        }
-        let mut scheme_j = -0.5 * mass * product(v, dv) - 0.25 * dt * loss + 0.5 * steady_j(u);
+        dv.iter_mut().for_each(|dv| *dv *= by_force);
+        let mut du: Vec<f64> = v.iter().zip(&dv).map(|(v, dv)| dt * (v + dv)).collect();
+        let mut scheme_j = -0.5 * mass * product(v, &dv) - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=MOST_ORDERS {
-            stuck.products(stiff, damped, du, dv);
-            let square = product(dv, dv);
-            let (strain_j, loss) = (0.5 * product(du, stiff), product(dv, damped));
-            let steady = if order == 1 { steady_j(du) } else { 0.0 };
+            let [stiff, damped] = stuck.products(&du, &dv);
+            let square = product(&dv, &dv);
+            let (strain_j, loss) = (0.5 * product(&du, &stiff), product(&dv, &damped));
+            let steady = if order == 1 { steady_j(&du) } else { 0.0 };
             // The differences of the next order.
-            for n in 0..dv.len() {
-                scratch[n] = -by_force * (stiff[n] + damped[n]);
-            }
+            let next = stiff.iter().zip(&damped).map(|(stiff, damped)| -by_force * (stiff + damped));
+            let mut next: Vec<f64> = next.collect();
             if order == 1 {
                 for spring in &plan.drive.springs {
-                    scratch[spring.block] +=
+                    next[spring.block] +=
                         by_force * (spring.stiffness_n_per_m * spring.direction * advance_m);
                 }
-                for (freedom, load_n) in pressed(plan, &stuck.lattice) {
-                    scratch[freedom] -= by_force * (load_change * load_n);
+                for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
+                    next[freedom] -= by_force * (load_change * load_n);
                 }
             }
-            let mixed = product(dv, scratch);
+            let mixed = product(&dv, &next);
             let part = share * (steady - 0.5 * mass * (square + mixed) - strain_j - 0.75 * dt * loss);
             scheme_j -= part;
             if part.abs() <= NEGLIGIBLE_WORK * scheme_j.abs() {
                 break;
             }
             share *= 0.25;
-            for n in 0..dv.len() {
-                du[n] = dt * (dv[n] + scratch[n]);
+            for ((du, dv), next) in du.iter_mut().zip(&dv).zip(&next) {
+                *du = dt * (dv + next);
             }
-            dv.copy_from_slice(scratch);
+            dv = next;
         }
-        Worth { kinetic_j, elastic_j, scheme_j, ahead_j }
+        Energies { kinetic_j, elastic_j, scheme_j, ahead_j }
     }
 }

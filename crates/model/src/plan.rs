@@ -171,6 +171,14 @@ impl Drive {
         all
     }
 
+    /// `sum_n K_n x_n^2 / 2`, of displacements or velocities counted from any state.
+    pub fn half_form(&self, x: &[f64]) -> f64 {
+        self.springs
+            .iter()
+            .map(|spring| 0.5 * spring.stiffness_n_per_m * x[spring.block] * x[spring.block])
+            .sum()
+    }
+
     /// The largest `K_n`.
     pub fn stiffest_n_per_m(&self) -> f64 {
         self.springs.iter().fold(0.0, |most: f64, spring| most.max(spring.stiffness_n_per_m))

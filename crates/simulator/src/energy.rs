@@ -98,13 +98,6 @@ impl Radiated {
     }
 }
 
-/// Heat and work of the scheme in a span, as functions of the state.
-#[derive(Debug, Clone, Copy)]
-struct Potential {
-    heat_j: f64,
-    scheme_j: f64,
-}
-
 /// Keeps the ledger of a state.
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
@@ -235,8 +228,7 @@ impl Accounts {
             self.end(plan, state);
         }
         self.set_map(plan, state, state.step);
-        let Potential { heat_j, scheme_j } = self.potential(plan, state);
-        state.energy.span = Some(Span { from_step: state.step, heat_j, scheme_j });
+        state.energy.span = Some(self.potential(plan, state));
     }
 
     /// Closes the span that is open.
@@ -269,12 +261,6 @@ impl Accounts {
         [before, after]: [&[f64]; 2],
     ) {
         let dt = plan.grid.step_s();
-        let driven: f64 = plan
-            .drive
-            .springs
-            .iter()
-            .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
-            .sum();
         let (mut viscous_w, mut absorbed_w, mut ends) = (work.dampers_w, 0.0, 0.0);
         for bond in &plan.end_bonds {
             *if bond.radiates { &mut absorbed_w } else { &mut viscous_w } += bond.loss_w(before, after);
@@ -293,7 +279,7 @@ impl Accounts {
         if !self.balances {
             ledger.viscous_loss_j.add(dt * viscous_w);
         }
-        ledger.scheme_work_j.add(work.scheme_j + dt * dt * (driven + ends));
+        ledger.scheme_work_j.add(work.scheme_j + dt * dt * (plan.drive.half_form(after) + ends));
     }
 
     /// Adds the work of the drive point in a single step, from its pull along its way.
@@ -457,7 +443,7 @@ impl Accounts {
     }
 
     /// The functions of the state whose differences over the span are heat and scheme work.
-    fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
+    fn potential(&mut self, plan: &Plan, state: &SliderState) -> Span {
         let Accounts { chain, map, force_n, zeros, now, next, orders, .. } = self;
         let radiation = self.radiation_kg_per_s;
         let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
@@ -559,12 +545,7 @@ impl Accounts {
                 kernels::forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let loss = loss + radiated_w(d_v, &map.sigma) + at_ends_w(d_v);
             let strain_j = strain_j + plan.end_bonds.iter().map(|bond| bond.half_form(d_u)).sum::<f64>();
-            let drive_j: f64 = plan
-                .drive
-                .springs
-                .iter()
-                .map(|spring| 0.5 * spring.stiffness_n_per_m * d_u[spring.block] * d_u[spring.block])
-                .sum();
+            let drive_j = plan.drive.half_form(d_u);
             let steady = if order == 1 { steady_j(d_u) } else { 0.0 };
             scheme_j -=
                 share * (steady - 0.5 * mass * (square + mixed) - strain_j - drive_j - 0.75 * dt * loss);
@@ -575,7 +556,7 @@ impl Accounts {
             true => load.scaled_n(kernels::directed(&map.sigma, friction_n, u)),
             false => 0.0,
         };
-        Potential { heat_j, scheme_j }
+        Span { from_step: state.step, heat_j, scheme_j }
     }
 }
 

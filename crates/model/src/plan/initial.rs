@@ -177,9 +177,11 @@ pub(crate) fn given(scenario: &Scenario) -> Result<Option<InitialState>, String>
         velocity_m_per_s: or_zeros(&initial.velocity_m_per_s),
         stick_position_m: initial.stick_position_m.clone(),
         state: Vec::new(),
-        carried: Some(Box::new(Carried::sliding(
-            initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
-        ))),
+        carried: Some(Box::new(Carried {
+            detached: initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
+            hold_step: u64::MAX,
+            ..Carried::default()
+        })),
     }))
 }
 

@@ -191,15 +191,9 @@ pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
 
 /// The shear of each contact at the start, axis by axis: the pull of springs, drive and prestress.
 pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
+    let (u, still) = (&plan.initial.displacement_m, vec![0.0; plan.elastic.freedoms()]);
     let mut shear_n = tangential_force_n(plan);
-    // Driving springs of nodes without contacts are relaxed at the start.
-    for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
-        shear_n[spring.block] += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
-    }
-    for (shear, prestress) in shear_n.iter_mut().zip(plan.outside_n(0)) {
-        *shear += prestress;
-    }
-    shear_n[0] += plan.drive_force_n(0, u64::MAX).unwrap_or(0.0);
+    plan.add_outside_n(&mut shear_n, [u, &still], 0, u64::MAX);
     shear_n
 }
 

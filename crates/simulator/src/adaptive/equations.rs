@@ -98,9 +98,13 @@ impl Place {
     }
 }
 
-/// Drive and load at one time, and their rates up to the next knot of their courses.
+/// Drive and load at one time, and their rates in the piece between two knots of their courses.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Outside {
+    /// When the piece begins, s.
+    pub(super) from_s: f64,
+    /// The knot at its end, a grid step; `u64::MAX` for none.
+    pub(super) until_step: u64,
     /// `X'`, m/s.
     pub(super) drive_m_per_s: f64,
     /// `X''`, m/s2.
@@ -114,6 +118,31 @@ pub(super) struct Outside {
 }
 
 impl Outside {
+    /// At the beginning of the piece that begins at a grid step.
+    pub(super) fn from_step(plan: &Plan, step: u64) -> Outside {
+        let hold_step = plan.hold_step_at_start();
+        let per_s = 1.0 / plan.grid.step_s();
+        let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
+        let stop_step = if step < hold_step { hold_step } else { u64::MAX };
+        let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
+        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
+        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step];
+        Outside {
+            from_s: plan.grid.time_s(step),
+            until_step: knots.into_iter().fold(of_contacts, u64::min),
+            drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
+            drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
+            load: plan.load_factor(step, hold_step),
+            load_per_s: plan.load_course.rate(step, hold_step) * per_s,
+            since_s: 0.0,
+        }
+    }
+
+    /// At a time in the same piece, from its beginning.
+    pub(super) fn at(self, time_s: f64) -> Outside {
+        self.after(time_s - self.from_s)
+    }
+
     /// `seconds` later in the same piece of the courses.
     pub(super) fn after(self, seconds: f64) -> Outside {
         Outside {

@@ -152,17 +152,10 @@ impl JunctionState {
         let slides = |law: Junctions| {
             slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
         };
-        let slipping = self.kept.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
-        let breaks = self.kept.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
-        let (totals, before) = (self.kept.totals, self.kept.totals_before);
-        self.kept.anchor_m.len() == plan.blocks * self.kept.count
-            && plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
-            && self.kept.breaks.iter().all(|breaks| *breaks <= step)
+        let count = plan.blocks * self.kept.count;
+        plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
             && self.kept.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
-            && breaks == Some(totals.breaks)
-            && totals.repins.checked_add(slipping) == breaks
-            && before.breaks <= totals.breaks
-            && before.repins <= totals.repins
+            && self.carried().fits(count, step)
     }
 
     /// As the state of a run that begins here.

@@ -32,17 +32,13 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
     fn step_work(&self, moved: &Moved<'_>) -> StepWork;
 }
 
-/// The loops compiled for one law.
-#[derive(Debug)]
-pub(crate) struct Loops<L>(pub(crate) L);
-
-impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
+impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for L {
     fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool {
-        kernels::rub(contacts, &self.0)
+        kernels::rub(contacts, self)
     }
 
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>) {
-        kernels::switching(marks, after, &self.0);
+        kernels::switching(marks, after, self);
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]) {
@@ -61,18 +57,18 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
                 velocity_m_per_s: std::array::from_fn(|axis| state.velocity_m_per_s[axis * nodes + n]),
                 friction_n: sliding_friction[n],
             };
-            self.0.remember(&after, memory);
+            ContactLaw::remember(self, &after, memory);
         }
     }
 }
 
-impl<L: ContactLaw> ChainLoops for Loops<L> {
+impl<L: ContactLaw> ChainLoops for L {
     fn step(&self, (u_new, v_new): (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool {
-        kernels::step(u_new, v_new, tau, old, &self.0)
+        kernels::step(u_new, v_new, tau, old, self)
     }
 
     fn step_work(&self, moved: &Moved<'_>) -> StepWork {
-        kernels::step_work(moved, &self.0)
+        kernels::step_work(moved, self)
     }
 }
 
@@ -81,7 +77,7 @@ impl<L: ContactLaw> ChainLoops for Loops<L> {
 /// # Panics
 /// If the law has no form for these; scenarios refuse that.
 pub(crate) fn loops_over_area(law: Law) -> Arc<dyn ContactLoops<2>> {
-    Arc::new(Loops(law.over_area().expect("a scenario has a law that is known over an area")))
+    Arc::new(law.over_area().expect("a scenario has a law that is known over an area"))
 }
 
 /// The loops for the law of a plan.
@@ -90,7 +86,7 @@ pub(crate) fn loops(law: Law) -> Arc<dyn ChainLoops> {
     impl WithLaw for Compiled {
         type Output = Arc<dyn ChainLoops>;
         fn with<L: ContactLaw>(self, law: L) -> Arc<dyn ChainLoops> {
-            Arc::new(Loops(law))
+            Arc::new(law)
         }
     }
     law.with(Compiled)

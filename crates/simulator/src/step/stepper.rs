@@ -39,8 +39,7 @@ pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
     state: SliderState,
     body: B,
-    /// Whether the drive pulls both ways, and the law has no friction springs.
-    pulls_both_ways: bool,
+    /// Whether the law has no friction springs.
     holds: bool,
     /// The contacts that may switch, as bits.
     marks: Vec<u64>,
@@ -66,7 +65,6 @@ impl<B: Body> Stepper<B> {
     pub(crate) fn of(plan: Arc<Plan>, state: SliderState, body: B) -> Stepper<B> {
         Stepper {
             body,
-            pulls_both_ways: plan.drive.pulls_both_ways(),
             holds: plan.friction.law.holds(),
             marks: vec![0; plan.blocks.div_ceil(64)],
             switched: Vec::new(),
@@ -93,27 +91,11 @@ impl<B: Body> Stepper<B> {
 
     /// The forces of the drive, with its point at the new time and the nodes at their old positions.
     fn drive(&mut self) -> Driving {
-        let Stepper { plan, state, body, pulls_both_ways, .. } = self;
-        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let Stepper { plan, state, body, .. } = self;
         for bond in &plan.end_bonds {
             bond.blocks().for_each(|block| body.pull_at(block, 0.0));
         }
-        let (mut total_n, mut ends_n, mut along_n) = (0.0, [0.0; 2], 0.0);
-        for spring in &plan.drive.springs {
-            let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
-            body.pull_at(spring.block, force_n);
-            total_n += force_n;
-            along_n += spring.direction * force_n;
-            if spring.block == 0 {
-                ends_n[0] = force_n;
-            } else if spring.block == plan.blocks - 1 {
-                ends_n[1] = force_n;
-            }
-        }
-        if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
-            body.pull_at(0, force_n);
-            total_n += force_n;
-        }
+        let (driving, along_n) = Driving::of(plan, state, |node, force_n| body.pull_at(node, force_n));
         for bond in &plan.end_bonds {
             let pull_n = bond.pull_n(&state.displacement_m, &state.velocity_m_per_s);
             body.pull_more_at(bond.block, pull_n);
@@ -122,7 +104,7 @@ impl<B: Body> Stepper<B> {
             }
         }
         body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
-        Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }
+        driving
     }
 
     /// Puts the switches of this step in force for the next.

@@ -5,6 +5,7 @@
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
 use asperity_model::Plan;
+use asperity_model::plan::Ageing;
 
 use crate::step::state::SliderState;
 
@@ -179,14 +180,14 @@ pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> 
 
 /// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
 pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
-    let young = plan.friction.static_coefficients[n];
-    match (&plan.friction.ageing, since_step) {
-        (Some(ageing), Some(since_step)) => {
-            let waited_s = (step - since_step) as f64 * plan.grid.step_s();
-            young + ageing.coefficient * libm::log1p(waited_s / ageing.time_s)
-        }
-        _ => young,
-    }
+    aged(plan, plan.friction.static_coefficients[n], |ageing| ageing.coefficient, since_step, step)
+}
+
+/// A strength that grows from its value for a contact that has just begun to stick.
+fn aged(plan: &Plan, young: f64, growth: impl Fn(&Ageing) -> f64, since_step: Option<u64>, step: u64) -> f64 {
+    let Some((ageing, since_step)) = plan.friction.ageing.as_ref().zip(since_step) else { return young };
+    let waited_s = (step - since_step) as f64 * plan.grid.step_s();
+    young + growth(ageing) * libm::log1p(waited_s / ageing.time_s)
 }
 
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
@@ -232,12 +233,6 @@ pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
 
 /// `(mu_s + b ln(1 + t_w / t_0)) p_n` at the load of the start.
 pub(crate) fn aged_threshold_n(plan: &Plan, n: usize, stuck_since_step: &[u64], step: u64) -> f64 {
-    let young = plan.friction.static_threshold_n[n];
-    match &plan.friction.ageing {
-        None => young,
-        Some(ageing) => {
-            let waited_s = (step - stuck_since_step[n]) as f64 * plan.grid.step_s();
-            young + ageing.growth_n[n] * libm::log1p(waited_s / ageing.time_s)
-        }
-    }
+    let since_step = stuck_since_step.get(n).copied();
+    aged(plan, plan.friction.static_threshold_n[n], |ageing| ageing.growth_n[n], since_step, step)
 }

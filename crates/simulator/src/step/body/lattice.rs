@@ -104,16 +104,14 @@ impl<const D: usize> LatticeBody<D> {
     /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
     /// forces on their nodes.
     fn bear(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
-        let friction = &plan.friction;
         let rise_m = &state.displacement_m[upward.clone()];
         let outer_n = &mut self.outer_n[upward];
         for n in 0..plan.blocks {
             let normal_load_n = self.lattice.normal_load_n(rise_m[n]);
             state.normal_load_n[n] = normal_load_n;
-            self.strength.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
-            self.strength.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
             outer_n[n] = normal_load_n;
         }
+        self.strength.bear(plan, &state.normal_load_n);
     }
 }
 

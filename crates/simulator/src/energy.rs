@@ -45,7 +45,7 @@ pub(crate) mod ledger;
 
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
-use asperity_model::body::ends::absorbing_kg_per_s;
+use asperity_model::body::ends::{EndBond, absorbing_kg_per_s};
 use asperity_record::Energy;
 
 use crate::energy::ledger::{Ledger, Span};
@@ -98,6 +98,9 @@ impl Radiated {
     }
 }
 
+/// How the bond of an end pulls in a state, or in changes of one.
+type PullOfEnd = fn(&EndBond, &[f64], &[f64]) -> f64;
+
 /// Keeps the ledger of a state.
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
@@ -109,7 +112,6 @@ pub(crate) struct Accounts {
     /// Whether there are dampers between blocks, or to a wall or around the end.
     has_dampers: bool,
     radiated: Radiated,
-    radiation_kg_per_s: f64,
     orders: usize,
     /// Cost of spans since [`Accounts::take_cost_steps`] was last called.
     cost_steps: u64,
@@ -163,7 +165,6 @@ impl Accounts {
             balances: keeping == Bookkeeping::Spans,
             has_dampers: chain.damping_kg_per_s > 0.0 && plan.blocks > 1,
             radiated: Radiated::of(plan, &chain),
-            radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             orders,
             cost_steps: 0,
             driving_n_per_m: plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum(),
@@ -268,7 +269,8 @@ impl Accounts {
         }
         let mut heat_w = work.friction_w;
         if self.radiated != Radiated::None {
-            let radiated_w = self.radiation_kg_per_s * kernels::sliding_product(slip, before, after);
+            let radiated_w =
+                plan.friction.law.radiation_kg_per_s() * kernels::sliding_product(slip, before, after);
             heat_w -= radiated_w;
             let radiated_w = radiated_w + absorbed_w;
             if !self.balances || self.radiated == Radiated::Apart {
@@ -445,7 +447,7 @@ impl Accounts {
     /// The functions of the state whose differences over the span are heat and scheme work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Span {
         let Accounts { chain, map, force_n, zeros, now, next, orders, .. } = self;
-        let radiation = self.radiation_kg_per_s;
+        let radiation = plan.friction.law.radiation_kg_per_s();
         let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
             true => radiation * kernels::sliding_product(sigma, v, v),
             false => 0.0,
@@ -470,18 +472,27 @@ impl Accounts {
                 plan.drive_point_m(state.step + 1, hold_step)
             }
         };
-        kernels::pull(force_n, u, v, chain);
-        for spring in &plan.drive.springs {
-            force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_n(u, v), force_n);
-        }
+        let pull = |force_n: &mut [f64], u: &[f64], v: &[f64], point_m: f64, of_end: PullOfEnd| {
+            kernels::pull(force_n, u, v, chain);
+            for spring in &plan.drive.springs {
+                force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+            }
+            for bond in &plan.end_bonds {
+                bond.add(of_end(bond, u, v), force_n);
+            }
+        };
+        let difference = |force_n: &mut [f64], held: &Held<'_>, [d_u, d_v]: [&mut Vec<f64>; 2]| {
+            if radiation > 0.0 {
+                kernels::radiate(force_n, held.v, held.sigma, radiation);
+            }
+            kernels::first_difference(d_u, d_v, force_n, held);
+            if rigid {
+                hold_stuck(held.sigma, [d_u, d_v]);
+            }
+        };
+        pull(force_n, u, v, point_m, EndBond::pull_n);
         for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
             *force += prestress;
-        }
-        if radiation > 0.0 {
-            kernels::radiate(force_n, v, &map.sigma, radiation);
         }
         let held = Held {
             u,
@@ -494,10 +505,7 @@ impl Accounts {
             dt_over_m,
         };
         let [d_u, d_v] = now;
-        kernels::first_difference(d_u, d_v, force_n, &held);
-        if rigid {
-            hold_stuck(&map.sigma, [d_u, d_v]);
-        }
+        difference(force_n, &held, [d_u, d_v]);
         // `g x`.
         let steady_j = |x: &[f64]| {
             let drive: f64 = plan
@@ -519,28 +527,16 @@ impl Accounts {
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            kernels::pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
-            for spring in &plan.drive.springs {
-                force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
-            }
-            for bond in &plan.end_bonds {
-                bond.add(bond.pull_of_changes(d_u, d_v), force_n);
-            }
+            pull(force_n, d_u, d_v, advance_m, EndBond::pull_of_changes);
             if order == 1 && map.slides && !map.ramp.is_flat() {
                 for ((force, friction), sigma) in force_n.iter_mut().zip(friction_n).zip(&map.sigma) {
                     *force -= map.ramp.change_n(*friction) * sigma;
                 }
             }
-            if radiation > 0.0 {
-                kernels::radiate(force_n, d_v, &map.sigma, radiation);
-            }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
-            kernels::first_difference(next_u, next_v, force_n, &held);
-            if rigid {
-                hold_stuck(&map.sigma, [next_u, next_v]);
-            }
+            difference(force_n, &held, [next_u, next_v]);
             let Forms { square, mixed, loss, elastic: strain_j } =
                 kernels::forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let loss = loss + radiated_w(d_v, &map.sigma) + at_ends_w(d_v);

@@ -123,7 +123,7 @@ impl Plan {
             drive,
             normal_load_n,
             grid,
-            longest_stable_step_s: longest_stable_step_s(scenario),
+            longest_stable_step_s: scenario.longest_stable_step_s(),
             steps: steps(scenario.time.duration_s),
             scales: springs.scales(scenario),
             recording: RecordingPlan {
@@ -404,7 +404,32 @@ impl Scenario {
     /// The time step above which the scheme is unstable for this slider while no block switches; infinite by
     /// rate-and-state, whose solver chooses its steps.
     pub fn longest_stable_step_s(&self) -> f64 {
-        longest_stable_step_s(self)
+        let springs = Springs::of(self);
+        let stiffest_drive = match self.drive.kind {
+            DriveKind::Top => top_stiffness_n_per_m(self).into_iter().fold(0.0, f64::max),
+            DriveKind::Side => side_stiffness_n_per_m(self),
+            DriveKind::LeftRight => self.drive.stiffness_n_per_m,
+            DriveKind::Force => 0.0,
+        };
+        let law = self.contact_law();
+        if !law.word().sticks() {
+            return f64::INFINITY;
+        }
+        let kt = springs.springs_n_per_m(self).into_iter().fold(0.0, f64::max);
+        let stiffest_contact = law.junctions().map_or(kt, |_| {
+            let pressed_n = pressed_n(self);
+            let normal_load_n =
+                springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
+            contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
+        });
+        // Where bonds are relaxed does not matter. Those between blocks include the bounds of clamped and joined ends.
+        let at_ends = springs.end_bonds(self, &vec![0.0; springs.elastic.nodes()]);
+        springs.elastic.longest_stable_step_s(
+            springs.block_mass_kg,
+            stiffest_contact,
+            stiffest_drive,
+            law.damping_kg_per_s() + absorbing_kg_per_s(&at_ends),
+        )
     }
 }
 
@@ -418,35 +443,6 @@ impl Plan {
     pub fn step_share(&self) -> f64 {
         self.grid.step_s() / self.longest_stable_step_s
     }
-}
-
-/// The time step above which the scheme is unstable for a scenario's slider; infinite if it takes no such steps.
-pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
-    let springs = Springs::of(scenario);
-    let stiffest_drive = match scenario.drive.kind {
-        DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
-        DriveKind::Side => side_stiffness_n_per_m(scenario),
-        DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
-        DriveKind::Force => 0.0,
-    };
-    let law = scenario.contact_law();
-    if !law.word().sticks() {
-        return f64::INFINITY;
-    }
-    let kt = springs.springs_n_per_m(scenario).into_iter().fold(0.0, f64::max);
-    let stiffest_contact = law.junctions().map_or(kt, |_| {
-        let pressed_n = pressed_n(scenario);
-        let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
-        contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
-    });
-    // Where bonds are relaxed does not matter. Those between blocks include the bounds of clamped and joined ends.
-    let at_ends = springs.end_bonds(scenario, &vec![0.0; springs.elastic.nodes()]);
-    springs.elastic.longest_stable_step_s(
-        springs.block_mass_kg,
-        stiffest_contact,
-        stiffest_drive,
-        law.damping_kg_per_s() + absorbing_kg_per_s(&at_ends),
-    )
 }
 
 /// `N_s k_n` of each contact, from its normal load at rest; empty by laws without junctions.

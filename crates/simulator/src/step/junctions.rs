@@ -24,6 +24,7 @@ use asperity_record::JunctionTotals;
 use serde::{Deserialize, Serialize};
 
 use crate::kernels::{self, Bearing};
+use crate::step::strength::Strength;
 
 /// The state of the junctions of all contacts.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -42,9 +43,6 @@ struct Summaries {
     high_m: Vec<f64>,
     low_count: Vec<f64>,
     high_count: Vec<f64>,
-    /// The outermost anchors as of the last visit.
-    visited_low_m: Vec<f64>,
-    visited_high_m: Vec<f64>,
     other_anchors_m: Vec<f64>,
     above_low_m: Vec<f64>,
     below_high_m: Vec<f64>,
@@ -131,8 +129,6 @@ impl JunctionState {
             high_m: zeros(),
             low_count: zeros(),
             high_count: zeros(),
-            visited_low_m: zeros(),
-            visited_high_m: zeros(),
             other_anchors_m: zeros(),
             above_low_m: zeros(),
             below_high_m: zeros(),
@@ -180,12 +176,19 @@ impl JunctionState {
         self.contacts.slipping[n]
     }
 
+    /// The outermost anchors of the slipping junctions of a contact as of the last visit; infinite without any.
+    fn outermost_m(&self, n: usize) -> [f64; 2] {
+        let of = n * self.kept.count..(n + 1) * self.kept.count;
+        let all = self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]);
+        let slipping = all.filter(|(_, until)| **until != 0).map(|(anchor, _)| *anchor);
+        slipping.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    }
+
     /// The anchors of a contact, and whether each junction slips.
     fn junctions(&self, n: usize) -> impl Iterator<Item = (f64, bool)> + '_ {
         let of = n * self.kept.count..(n + 1) * self.kept.count;
-        let contacts = &self.contacts;
-        let low = (contacts.visited_low_m[n], contacts.low_m[n]);
-        let high = (contacts.visited_high_m[n], contacts.high_m[n]);
+        let [low, high] = self.outermost_m(n);
+        let (low, high) = ((low, self.contacts.low_m[n]), (high, self.contacts.high_m[n]));
         self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]).map(
             move |(anchor, until)| {
                 let slips = *until != 0;
@@ -223,8 +226,6 @@ impl JunctionState {
     fn refresh(&mut self, n: usize) {
         let now: Vec<f64> = self.junctions(n).map(|(anchor, _)| anchor).collect();
         self.kept.anchor_m[n * self.kept.count..(n + 1) * self.kept.count].copy_from_slice(&now);
-        self.contacts.visited_low_m[n] = self.contacts.low_m[n];
-        self.contacts.visited_high_m[n] = self.contacts.high_m[n];
     }
 
     /// Derives what the kernel needs of a contact from its junctions.
@@ -238,8 +239,7 @@ impl JunctionState {
         };
         let slipping = || all().filter(|(_, until)| *until != 0).map(|(anchor, _)| anchor);
         let pinned = || all().filter(|(_, until)| *until == 0).map(|(anchor, _)| anchor);
-        let low = slipping().fold(f64::INFINITY, f64::min);
-        let high = slipping().fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = self.outermost_m(n);
         let inner = || slipping().filter(|anchor| *anchor != low && *anchor != high);
         let others = all().filter(|(anchor, until)| *until == 0 || (*anchor != low && *anchor != high));
         let contacts = &mut self.contacts;
@@ -258,7 +258,6 @@ impl JunctionState {
         let is_any = contacts.slipping[n] > 0;
         let (low, high) = if is_any { (low, high) } else { (0.0, 0.0) };
         (contacts.low_m[n], contacts.high_m[n]) = (low, high);
-        (contacts.visited_low_m[n], contacts.visited_high_m[n]) = (low, high);
     }
 }
 
@@ -292,14 +291,10 @@ pub(crate) struct Loaded<'a> {
     pub(crate) sliding_friction_n: &'a [f64],
 }
 
-impl<'a> Loaded<'a> {
-    /// The contacts are the first of all freedoms.
-    pub(crate) fn new(
-        step: u64,
-        u: &'a [f64],
-        threshold_n: &'a [f64],
-        sliding_friction_n: &'a [f64],
-    ) -> Loaded<'a> {
+impl Strength {
+    /// The contacts in a step at these displacements, of which theirs come first.
+    pub(crate) fn loaded<'a>(&'a self, step: u64, u: &'a [f64]) -> Loaded<'a> {
+        let Strength { threshold_n, sliding_friction_n, .. } = self;
         Loaded { step, u: &u[..threshold_n.len()], threshold_n, sliding_friction_n }
     }
 }

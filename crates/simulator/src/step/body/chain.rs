@@ -13,7 +13,7 @@ use asperity_record::Energy;
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{self, After, Blocks, Moved, Steps};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::{JunctionLoops, Loaded};
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ChainLoops, loops};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};
@@ -129,11 +129,8 @@ impl Body for ChainBody {
         } else if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
-        if let Some(course) = &plan.prestress_course {
-            course.follow(state.step, &mut self.prestress_n);
-            for (force, constant) in self.prestress_n.iter_mut().zip(&plan.prestress_n) {
-                *force += constant;
-            }
+        if plan.prestress_course.is_some() {
+            self.prestress_n = plan.outside_n(state.step);
         }
         if self.junctions.is_some() || plan.prestress_course.is_some() {
             match self.prestress_n.as_slice() {
@@ -166,8 +163,7 @@ impl Body for ChainBody {
         let dt = plan.grid.step_s();
         let (step, strength) = (state.step, &self.strength);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded =
-                Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+            let loaded = strength.loaded(step, &state.displacement_m);
             let (outer_n, anchor_m) = (&mut self.outer_force_n, &mut state.stick_position_m);
             junctions.contacts.pull(pinned, anchor_m, outer_n, &loaded);
         }
@@ -209,8 +205,7 @@ impl Body for ChainBody {
         for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&contacts.friction_n) {
             *tau_n += friction_n;
         }
-        let loaded =
-            Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
+        let loaded = strength.loaded(step, &state.displacement_m);
         contacts.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded)
     }
 

@@ -27,7 +27,7 @@ use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, After, Forces, MovedContacts, MovedWork, Rubbed};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::{JunctionLoops, Loaded};
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ContactLoops, loops, loops_over_area};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};
@@ -185,8 +185,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let dt_over_m = dt / plan.block_mass_kg;
         let may_switch = match (&mut self.junctions, &mut state.junctions) {
             (Some(junctions), Some(pinned)) => {
-                let loaded =
-                    Loaded::new(state.step, u, &self.strength.threshold_n, &self.strength.sliding_friction_n);
+                let loaded = self.strength.loaded(state.step, u);
                 junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
                 true
             }
@@ -215,12 +214,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
         self.work = kernels::lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded = Loaded::new(
-                state.step,
-                &state.displacement_m,
-                &self.strength.threshold_n,
-                &self.strength.sliding_friction_n,
-            );
+            let loaded = self.strength.loaded(state.step, &state.displacement_m);
             return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
         }
         may_switch
@@ -351,6 +345,7 @@ fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
 mod tests {
     use std::sync::Arc;
 
+    use asperity_model::body::lattice::{BLOCK, SHEET};
     use asperity_model::law::magnitude;
     use asperity_model::plan::DriveSpring;
     use asperity_model::resolve;
@@ -376,7 +371,7 @@ mod tests {
             stiffness_n_per_m: 1e6,
             damping_kg_per_s: 20.0,
             foundation_n_per_m: 8e5,
-            ..Lattice::block(columns, lanes, rows)
+            ..Lattice::of(&BLOCK, [columns, lanes, rows])
         };
         let (nodes, contacts) = (lattice.nodes(), lattice.contacts());
         plan.elastic = lattice;
@@ -465,7 +460,7 @@ mod tests {
         let lattice = Lattice {
             stiffness_n_per_m: chain.stiffness_n_per_m,
             damping_kg_per_s: chain.damping_kg_per_s,
-            ..Lattice::sheet(40, 1)
+            ..Lattice::of(&SHEET, [40, 1, 1])
         };
         sheet.elastic = lattice;
         for values in [

@@ -43,9 +43,10 @@ impl Rig {
         let (threshold, sliding) =
             (times(&friction.static_coefficients), times(&friction.dynamic_coefficients));
         let mut outer = vec![0.0; u.len()];
-        let before = Loaded::new(self.step, u, &threshold, &sliding);
+        let before = Loaded { step: self.step, u, threshold_n: &threshold, sliding_friction_n: &sliding };
         self.loops.pull(&mut self.state, &mut self.mean_anchor, &mut outer, &before);
-        let after = Loaded::new(self.step, new_u, &threshold, &sliding);
+        let after =
+            Loaded { step: self.step, u: new_u, threshold_n: &threshold, sliding_friction_n: &sliding };
         let slip = vec![0.0; u.len()];
         self.loops.settle(&mut self.state, &mut self.mean_anchor, &slip, &after);
         let v: Vec<f64> = u.iter().zip(new_u).map(|(u, new)| (new - u) / self.plan.grid.step_s()).collect();

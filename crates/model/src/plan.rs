@@ -312,7 +312,7 @@ impl Plan {
 
     /// How far the drive point moves in the step that ends as `step`, m.
     #[inline]
-    pub fn way_m(&self, step: u64, hold_step: u64) -> f64 {
+    pub fn drive_step_m(&self, step: u64, hold_step: u64) -> f64 {
         match &self.drive.course {
             _ if step > hold_step => 0.0,
             None => self.drive.velocity_m_per_s * self.grid.step_s(),

@@ -244,8 +244,8 @@ impl Accounts {
     }
 
     /// After a single step in a span: closes it if the step was the last of it.
-    pub(crate) fn pass(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
-        self.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
+    pub(crate) fn end_single_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
+        self.correct_heat(plan, &mut state.energy, &state.displacement_m, 1.0);
         if is_last || !self.map.is_directed {
             self.end(plan, state);
         }
@@ -286,9 +286,9 @@ impl Accounts {
 
     /// Adds the work of the drive point in a single step, from its pull along its way.
     #[inline]
-    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, way_m: f64) {
-        if way_m != 0.0 {
-            ledger.drive_work_j.add(way_m * (along_n - 0.5 * way_m * self.driving_n_per_m));
+    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moved_m: f64) {
+        if moved_m != 0.0 {
+            ledger.drive_work_j.add(moved_m * (along_n - 0.5 * moved_m * self.driving_n_per_m));
         }
     }
 
@@ -324,8 +324,8 @@ impl Accounts {
 
     /// Corrects the heat for the change of the load in each step. `displacement_m` is the sum of
     /// displacements after each step.
-    pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
-        if self.fades() {
+    pub(crate) fn correct_heat(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
+        if self.corrects_heat() {
             let friction_n = &plan.friction.dynamic_friction_n;
             let way_j = kernels::directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
@@ -334,7 +334,7 @@ impl Accounts {
 
     /// Whether heat needs the sum of displacements over all steps: contacts slide while the load
     /// changes.
-    pub(crate) fn fades(&self) -> bool {
+    pub(crate) fn corrects_heat(&self) -> bool {
         self.map.slides && !self.map.ramp.is_flat()
     }
 

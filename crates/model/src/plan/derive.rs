@@ -82,7 +82,11 @@ impl Plan {
         };
         let law = scenario.contact_law();
         let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
-        initial::anchor_junctions(&mut initial, &contact_stiffness_n_per_m, kt);
+        // Mean anchors of junctions, found for friction springs, where contacts of these stiffnesses hold the same forces.
+        let anchors = initial.stick_position_m.iter_mut().zip(&initial.displacement_m);
+        for ((anchor, u), stiffness) in anchors.zip(&contact_stiffness_n_per_m) {
+            *anchor = u - kt / stiffness * (u - *anchor);
+        }
         let end_bonds = springs.end_bonds(scenario, &initial.displacement_m);
         let mut plan = Plan {
             blocks,
@@ -328,17 +332,17 @@ impl Springs {
     fn pressed(&self, top_load_n: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         self.elastic.has_foundation().then(|| {
             let lattice = &self.elastic;
-            let u = slab::displacements_at_rest_m(lattice, self.interfacial_stiffness_n_per_m, top_load_n);
+            let force_n = slab::pressed_n(lattice, top_load_n);
+            let u = slab::stuck_m(lattice, self.interfacial_stiffness_n_per_m, &[], force_n);
             (slab::normal_load_n(lattice, &u), u)
         })
     }
 
     /// The bonds at the ends, relaxed at these displacements.
     fn end_bonds(&self, scenario: &Scenario, displacement_m: &[f64]) -> Vec<EndBond> {
-        let ends = [scenario.slider.left_end, scenario.slider.right_end];
-        self.elastic
-            .as_chain()
-            .map_or_else(Vec::new, |chain| EndBond::of(ends, &chain, self.block_mass_kg, displacement_m))
+        self.elastic.as_chain().map_or_else(Vec::new, |chain| {
+            EndBond::of(scenario.ends(), &chain, self.block_mass_kg, displacement_m)
+        })
     }
 
     fn scales(&self, scenario: &Scenario) -> Scales {
@@ -376,14 +380,17 @@ impl Scenario {
 
     /// Whether sliding contacts or the ends of a chain radiate.
     pub fn radiates(&self) -> bool {
-        let ends = [self.slider.left_end, self.slider.right_end];
-        self.contact_law().radiation_kg_per_s() > 0.0 || ends.contains(&End::Absorbing)
+        self.contact_law().radiation_kg_per_s() > 0.0 || self.ends().contains(&End::Absorbing)
     }
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
-        let ends = [self.slider.left_end, self.slider.right_end];
-        self.elastic().has_theory() && ends == [End::Free; 2]
+        self.elastic().has_theory() && self.ends() == [End::Free; 2]
+    }
+
+    /// What the first and the last block of a chain are joined to.
+    fn ends(&self) -> [End; 2] {
+        [self.slider.left_end, self.slider.right_end]
     }
 
     /// Whether contacts have a state, by rate-and-state friction.

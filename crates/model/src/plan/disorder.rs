@@ -97,7 +97,11 @@ impl Quantity {
         let offset = |drawn: Drawn| drawn.offset(disorder, mean, spread);
         let contacts = u64::from(scenario.slider.contacts());
         if disorder.correlation_length_m == 0.0 {
-            return (0..contacts).map(|n| offset(numbers.alone(n, disorder.distribution))).collect();
+            let is_normal = matches!(disorder.distribution, Distribution::Normal | Distribution::Lognormal);
+            let drawn = |n| {
+                if is_normal { Drawn::Gaussian(numbers.gaussian(n)) } else { Drawn::Even(numbers.even(n)) }
+            };
+            return (0..contacts).map(|n| offset(drawn(n))).collect();
         }
         let follows = libm::exp(-scenario.slider.spacing_m() / disorder.correlation_length_m);
         let columns = scenario.slider.blocks as usize;
@@ -156,16 +160,6 @@ impl Numbers {
         // Above 0, where the logarithm is finite.
         let size = 0.5 * (size + 1.0) + 0.25 * f64::EPSILON;
         (-2.0 * libm::log(size)).sqrt() * libm::cos(std::f64::consts::PI * angle)
-    }
-
-    /// Of a contact that does not depend on its neighbours.
-    fn alone(&self, contact: u64, distribution: Distribution) -> Drawn {
-        match distribution {
-            Distribution::Normal | Distribution::Lognormal => Drawn::Gaussian(self.gaussian(contact)),
-            Distribution::Uniform | Distribution::Weibull | Distribution::TwoValued => {
-                Drawn::Even(self.even(contact))
-            }
-        }
     }
 }
 

@@ -203,7 +203,7 @@ mod tests {
             let [u, v, anchor, tau] = self.values.each_ref().map(all);
             let (mut outer, mut friction) =
                 ([0; D].map(|_| numbers(60, count)), [0; D].map(|_| vec![0.0; count]));
-            let hint = law.rub(&mut Rubbed {
+            let hint = law.apply_friction(&mut Rubbed {
                 u,
                 v,
                 anchor,

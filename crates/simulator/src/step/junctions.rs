@@ -403,7 +403,7 @@ impl JunctionLoops {
     }
 
     /// Item 5, after the motion: marks the contacts that begin or cease to slide, and returns whether any does.
-    pub(crate) fn settle(
+    pub(crate) fn repin(
         &mut self,
         state: &mut JunctionState,
         mean_anchor_m: &mut [f64],

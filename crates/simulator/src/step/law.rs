@@ -16,7 +16,7 @@ use crate::step::state::SliderState;
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     /// Friction of all contacts of a lattice; returns whether any may switch.
-    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool;
+    fn apply_friction(&self, contacts: &mut Rubbed<'_, D>) -> bool;
     /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>);
     /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
@@ -33,7 +33,7 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
 }
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for L {
-    fn rub(&self, contacts: &mut Rubbed<'_, D>) -> bool {
+    fn apply_friction(&self, contacts: &mut Rubbed<'_, D>) -> bool {
         kernels::rub(contacts, self)
     }
 

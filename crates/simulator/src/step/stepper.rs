@@ -93,17 +93,17 @@ impl<B: Body> Stepper<B> {
     fn drive(&mut self) -> Driving {
         let Stepper { plan, state, body, .. } = self;
         for bond in &plan.end_bonds {
-            bond.blocks().for_each(|block| body.pull_at(block, 0.0));
+            bond.blocks().for_each(|block| body.set_force(block, 0.0));
         }
-        let (driving, along_n) = Driving::of(plan, state, |node, force_n| body.pull_at(node, force_n));
+        let (driving, along_n) = Driving::of(plan, state, |node, force_n| body.set_force(node, force_n));
         for bond in &plan.end_bonds {
             let pull_n = bond.pull_n(&state.displacement_m, &state.velocity_m_per_s);
-            body.pull_more_at(bond.block, pull_n);
+            body.add_force(bond.block, pull_n);
             if let Some(other) = bond.other {
-                body.pull_more_at(other, -pull_n);
+                body.add_force(other, -pull_n);
             }
         }
-        body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
+        body.add_drive(state, along_n, plan.drive_step_m(state.step, state.hold_step));
         driving
     }
 
@@ -180,7 +180,7 @@ fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) 
             state.stick_position_m[place] = state.displacement_m[freedom] - stretch_m;
         }
     }
-    strength::become_young(plan, state, n);
+    strength::reset_age(plan, state, n);
 }
 
 impl<B: Body> SingleSteps for Stepper<B> {
@@ -211,7 +211,7 @@ impl<B: Body> SingleSteps for Stepper<B> {
         state.step += 1;
         state.sliding = state.detached;
         let load = Load::in_step(plan, state.step, state.hold_step);
-        body.press(plan, state, load);
+        body.apply_load(plan, state, load);
         let driving = self.drive();
         let Stepper { plan, state, body, .. } = self;
         let may_switch = body.advance(plan, state);

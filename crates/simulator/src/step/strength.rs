@@ -141,7 +141,7 @@ impl Strength {
     }
 
     /// Updates them to the normal loads of all contacts.
-    pub(crate) fn bear(&mut self, plan: &Plan, normal_load_n: &[f64]) {
+    pub(crate) fn update(&mut self, plan: &Plan, normal_load_n: &[f64]) {
         for (n, p) in normal_load_n.iter().enumerate() {
             self.threshold_n[n] = plan.friction.static_coefficients[n] * p;
             self.sliding_friction_n[n] = plan.friction.dynamic_coefficients[n] * p;
@@ -222,7 +222,7 @@ pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -
 }
 
 /// Resets the age of contact `n`, which has just begun to stick.
-pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
+pub(crate) fn reset_age(plan: &Plan, state: &mut SliderState, n: usize) {
     if let Some(since_step) = state.stuck_since_step.get_mut(n) {
         *since_step = state.step;
     }

@@ -122,10 +122,10 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         if plan.contact_load_course.is_some() {
             plan.follow_loads_n(state.step, state.hold_step, &mut state.normal_load_n);
-            self.strength.bear(plan, &state.normal_load_n);
+            self.strength.update(plan, &state.normal_load_n);
         } else if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
@@ -141,7 +141,7 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+    fn set_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
             None => force_n,
             Some(prestress_n) => prestress_n + force_n,
@@ -149,13 +149,13 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+    fn add_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_force_n[freedom] += force_n;
     }
 
     #[inline]
-    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, way_m: f64) {
-        self.accounts.add_drive_step(&mut state.energy, along_n, way_m);
+    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, moved_m: f64) {
+        self.accounts.add_drive_step(&mut state.energy, along_n, moved_m);
     }
 
     #[inline]
@@ -206,7 +206,7 @@ impl Body for ChainBody {
             *tau_n += friction_n;
         }
         let loaded = strength.loaded(step, &state.displacement_m);
-        contacts.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded)
+        contacts.repin(pinned, &mut state.stick_position_m, &state.slip, &loaded)
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
@@ -277,7 +277,7 @@ impl Body for ChainBody {
     #[inline]
     fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
         if !self.adds_alone {
-            self.accounts.pass(plan, state, is_last);
+            self.accounts.end_single_step(plan, state, is_last);
         }
     }
 

@@ -103,7 +103,7 @@ impl<const D: usize> LatticeBody<D> {
 
     /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
     /// forces on their nodes.
-    fn bear(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
+    fn apply_foundation(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
         let rise_m = &state.displacement_m[upward.clone()];
         let outer_n = &mut self.outer_n[upward];
         for n in 0..plan.blocks {
@@ -111,7 +111,7 @@ impl<const D: usize> LatticeBody<D> {
             state.normal_load_n[n] = normal_load_n;
             outer_n[n] = normal_load_n;
         }
-        self.strength.bear(plan, &state.normal_load_n);
+        self.strength.update(plan, &state.normal_load_n);
     }
 }
 
@@ -127,7 +127,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.initial_j = energy.kinetic_j + energy.elastic_j;
     }
 
-    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         let nodes = self.lattice.nodes();
         match self.upward() {
             None => self.strength.follow(plan, state, load),
@@ -143,11 +143,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         }
     }
 
-    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+    fn set_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_n[freedom] = force_n;
     }
 
-    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+    fn add_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_n[freedom] += force_n;
     }
 
@@ -177,7 +177,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             kernels::tangential_force(tau_n, springs_n, dashpots_n, outer_n);
         }
         if let Some(upward) = upward {
-            self.bear(plan, state, upward);
+            self.apply_foundation(plan, state, upward);
         }
         let LatticeBody { outer_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
@@ -207,7 +207,7 @@ impl<const D: usize> Body for LatticeBody<D> {
                     outer: array::from_fn(|_| outer_n.next().expect("one for each axis")),
                     friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
                 };
-                self.law.rub(contacts)
+                self.law.apply_friction(contacts)
             }
         };
         let LatticeBody { springs_n, dashpots_n, outer_n, .. } = self;
@@ -215,7 +215,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.work = kernels::lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
             let loaded = self.strength.loaded(state.step, &state.displacement_m);
-            return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
+            return junctions.repin(pinned, &mut state.stick_position_m, &state.slip, &loaded);
         }
         may_switch
     }
@@ -256,11 +256,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (mut drive_n, mut bent_j) = (0.0, 0.0);
         for spring in &plan.drive.springs {
-            let (k, way_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
+            let (k, moved_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
             // Its pull with the drive point halfway through its step and the node at its old position.
-            let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - way_m - spring.rest_m);
+            let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - moved_m - spring.rest_m);
             drive_n += k * stretch_m;
-            bent_j += 0.5 * k * way_m * way_m;
+            bent_j += 0.5 * k * moved_m * moved_m;
         }
         let mut heat_j = 0.0;
         // Over an area contacts may be many, and are summed by a kernel.
@@ -277,11 +277,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         let former_z_m = &self.former_displacement_m[D * contacts..];
         for n in 0..if sums_contacts || upward.is_some() { contacts } else { 0 } {
             if sums_contacts {
-                let way_m = dt * v[n];
+                let moved_m = dt * v[n];
                 if state.slip[n] == 0.0 {
-                    bent_j += 0.5 * kt * way_m * way_m;
+                    bent_j += 0.5 * kt * moved_m * moved_m;
                 } else {
-                    heat_j += self.friction_n[n] * way_m;
+                    heat_j += self.friction_n[n] * moved_m;
                 }
             }
             if let Some(upward) = &upward {

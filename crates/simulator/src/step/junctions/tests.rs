@@ -48,7 +48,7 @@ impl Rig {
         let after =
             Loaded { step: self.step, u: new_u, threshold_n: &threshold, sliding_friction_n: &sliding };
         let slip = vec![0.0; u.len()];
-        self.loops.settle(&mut self.state, &mut self.mean_anchor, &slip, &after);
+        self.loops.repin(&mut self.state, &mut self.mean_anchor, &slip, &after);
         let v: Vec<f64> = u.iter().zip(new_u).map(|(u, new)| (new - u) / self.plan.grid.step_s()).collect();
         (self.loops.friction_n.clone(), self.loops.heat_and_scheme_j(&v)[0])
     }

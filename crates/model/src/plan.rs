@@ -173,10 +173,8 @@ impl Drive {
 
     /// `sum_n K_n x_n^2 / 2`, of displacements or velocities counted from any state.
     pub fn half_form(&self, x: &[f64]) -> f64 {
-        self.springs
-            .iter()
-            .map(|spring| 0.5 * spring.stiffness_n_per_m * x[spring.block] * x[spring.block])
-            .sum()
+        let of = |spring: &DriveSpring| 0.5 * spring.stiffness_n_per_m * x[spring.block] * x[spring.block];
+        self.springs.iter().map(of).sum()
     }
 
     /// The largest `K_n`.
@@ -355,11 +353,8 @@ impl Plan {
         if friction.has_even_springs() {
             return Vec::new();
         }
-        friction
-            .springs_n_per_m
-            .iter()
-            .map(|spring| spring / friction.interfacial_stiffness_n_per_m)
-            .collect()
+        let kt = friction.interfacial_stiffness_n_per_m;
+        friction.springs_n_per_m.iter().map(|spring| spring / kt).collect()
     }
 
     /// Whether forces or loads follow courses over which no solver leaps: those of single contacts, and a drive by
@@ -375,21 +370,13 @@ impl Plan {
 
     /// The normal load of each contact in a step, N; of a body on a foundation, as if it rested under its load.
     pub fn loads_n(&self, step: u64, hold_step: u64) -> Vec<f64> {
-        let mut loads_n = vec![0.0; self.blocks];
-        self.follow_loads_n(step, hold_step, &mut loads_n);
-        loads_n
-    }
-
-    /// Writes the normal load of each contact in a step, likewise.
-    pub fn follow_loads_n(&self, step: u64, hold_step: u64, loads_n: &mut [f64]) {
-        match &self.contact_load_course {
-            Some(course) => course.follow(step, loads_n),
-            None => loads_n.fill(1.0),
-        }
+        let course = self.contact_load_course.as_ref();
+        let mut loads_n = course.map_or_else(|| vec![1.0; self.blocks], |course| course.values(step));
         let factor = self.load_factor(step, hold_step);
         for (load_n, at_start_n) in loads_n.iter_mut().zip(&self.normal_load_n) {
             *load_n *= factor * at_start_n;
         }
+        loads_n
     }
 
     /// The forces from outside on all blocks besides the drive in a step, N; empty for none.

@@ -48,7 +48,7 @@ impl Saved {
     /// # Errors
     /// A message about what does not fit.
     pub(crate) fn fits(&self, plan: &Plan) -> Result<(), String> {
-        if !self.solver.slider.fits(plan) {
+        if !self.solver.fits(plan) {
             return Err("it is not a state of this scenario".to_owned());
         }
         if !self.counters.fit(self.step() - plan.initial.step) {

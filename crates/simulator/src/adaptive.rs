@@ -377,7 +377,7 @@ impl Adaptive {
             slider.friction_state[n] = state[n];
         }
         if !plan.has_given_loads() {
-            plan.follow_loads_n(step, slider.hold_step, &mut slider.normal_load_n);
+            slider.normal_load_n = plan.loads_n(step, slider.hold_step);
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();
@@ -407,7 +407,7 @@ impl Adaptive {
         let (behind_m, _, _, energies_j) = self.within.parts();
         let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = *energies_j;
         let square = |x: f64| 0.5 * x * x;
-        let bonds = u.windows(2).map(|pair| equations.stiffness_n_per_m * square(pair[1] - pair[0]));
+        let bonds = u.windows(2).map(|pair| equations.chain.stiffness_n_per_m * square(pair[1] - pair[0]));
         let springs = equations.drive_n_per_m.iter().zip(behind_m);
         let blocks = self.slider.velocity_m_per_s.iter();
         let moved = equations.prestress_n.iter().zip(u).zip(&self.plan.initial.displacement_m);

@@ -352,7 +352,11 @@ impl Accounts {
             drive_work_j: ledger.drive_work_j.value(),
             prestress_work_j: match plan.prestress_course {
                 Some(_) => ledger.load_work_j.value(),
-                None => prestress_work_j(plan, &state.displacement_m),
+                None => {
+                    let ways = state.displacement_m.iter().zip(&plan.initial.displacement_m);
+                    let parts = plan.prestress_n.iter().zip(ways);
+                    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
+                }
             },
             friction_heat_j: heat_j,
             anchor_change_j: ledger.anchor_change_j.value(),
@@ -487,7 +491,12 @@ impl Accounts {
             }
             kernels::first_difference(d_u, d_v, force_n, held);
             if rigid {
-                hold_stuck(held.sigma, [d_u, d_v]);
+                // Stuck contacts do not move by the laws without friction springs.
+                for (sigma, (d_u, d_v)) in held.sigma.iter().zip(d_u.iter_mut().zip(d_v)) {
+                    if *sigma == 0.0 {
+                        (*d_u, *d_v) = (0.0, 0.0);
+                    }
+                }
             }
         };
         pull(force_n, u, v, point_m, EndBond::pull_n);
@@ -553,22 +562,6 @@ impl Accounts {
             false => 0.0,
         };
         Span { from_step: state.step, heat_j, scheme_j }
-    }
-}
-
-/// Work of the prestress up to a state.
-fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
-    let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
-    let parts = plan.prestress_n.iter().zip(ways);
-    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
-}
-
-/// Stops stuck contacts, for the laws without friction springs.
-fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
-    for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
-        if *sigma == 0.0 {
-            (*u, *v) = (0.0, 0.0);
-        }
     }
 }
 

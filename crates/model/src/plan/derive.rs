@@ -192,17 +192,16 @@ fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> 
             .map(|(block, stiffness)| spring(top_row + block, stiffness, 1.0))
             .collect(),
     };
+    let knots = || drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
     Drive {
         springs,
         velocity_m_per_s: drive.velocity_m_per_s,
         force_n: (drive.kind == DriveKind::Force).then(|| {
-            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
-            Course::new(drive.course_n.first().copied().unwrap_or(0.0), knots, drive.course_n.clone(), false)
+            let at_start_n = drive.course_n.first().copied().unwrap_or(0.0);
+            Course::new(at_start_n, knots(), drive.course_n.clone(), false)
         }),
-        course: (!drive.course_m_per_s.is_empty()).then(|| {
-            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
-            Course::new(drive.velocity_m_per_s, knots, drive.course_m_per_s.clone(), false)
-        }),
+        course: (!drive.course_m_per_s.is_empty())
+            .then(|| Course::new(drive.velocity_m_per_s, knots(), drive.course_m_per_s.clone(), false)),
         offset_m: 0.0,
         hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
         until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),

@@ -33,6 +33,7 @@
 //! the step's error is not finite, and a shorter one is tried.
 
 use asperity_model::Plan;
+use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 
 /// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
@@ -178,8 +179,7 @@ pub(super) struct Equations {
     evolution_effects: Vec<f64>,
     /// `m`; 0 without inertia.
     pub(super) mass_kg: f64,
-    pub(super) stiffness_n_per_m: f64,
-    pub(super) damping_kg_per_s: f64,
+    pub(super) chain: Chain,
     /// `K_n`.
     pub(super) drive_n_per_m: Vec<f64>,
     pub(super) prestress_n: Vec<f64>,
@@ -194,15 +194,13 @@ pub(super) struct Equations {
 
 impl Equations {
     pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
-        let (blocks, elastic) = (plan.blocks, &plan.elastic);
-        debug_assert!(elastic.as_chain().is_some());
+        let blocks = plan.blocks;
         let prestress_n = plan.prestress_n.iter().copied().chain(std::iter::repeat(0.0));
         Equations {
             law,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            stiffness_n_per_m: elastic.stiffness_n_per_m,
-            damping_kg_per_s: elastic.damping_kg_per_s,
+            chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
             prestress_n: prestress_n.take(blocks).collect(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
@@ -252,20 +250,17 @@ impl Equations {
 
     /// The stiffness of all springs on block `n`.
     pub(super) fn springs_n_per_m(&self, n: usize) -> f64 {
-        self.neighbours(n) * self.stiffness_n_per_m + self.drive_n_per_m[n]
+        self.chain.neighbours(n) * self.chain.stiffness_n_per_m + self.drive_n_per_m[n]
     }
 
     /// Sizes below which errors of the unknowns of block `n` do not matter: of `w` the distance over which friction
     /// changes by its direct effect.
     pub(super) fn scales(&self, n: usize) -> [f64; 3] {
-        let held_by_n_per_m = self.neighbours(n).min(1.0) * self.stiffness_n_per_m + self.drive_n_per_m[n];
+        let held_by_n_per_m =
+            self.chain.neighbours(n).min(1.0) * self.chain.stiffness_n_per_m + self.drive_n_per_m[n];
         // A block that bears next to nothing follows its neighbours, on whose scale its error counts.
         let mean_n = self.direct_n.iter().sum::<f64>() / self.direct_n.len() as f64;
         [self.direct_n[n].max(1e-3 * mean_n) / held_by_n_per_m, 1.0, self.law.direct_effect]
-    }
-
-    pub(super) fn neighbours(&self, n: usize) -> f64 {
-        f64::from(u8::from(n > 0) + u8::from(n + 1 < self.blocks()))
     }
 
     /// The sum over the neighbours of block `n`.
@@ -302,7 +297,7 @@ impl Equations {
     fn pulled_n(&self, n: usize, behind_m: impl Fn(usize) -> f64) -> f64 {
         let here = behind_m(n);
         let strained_m = self.beside(n, |m| behind_m(m) - here);
-        self.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
+        self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places.
@@ -324,7 +319,7 @@ impl Equations {
     /// `T_n` of the last evaluation, dashpots included.
     pub(super) fn tangential_force_n(&self, n: usize) -> f64 {
         let here = self.contacts[n].velocity;
-        self.pulled_n[n] + self.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
+        self.pulled_n[n] + self.chain.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
     }
 
     /// Brings the law to these unknowns; without inertia it also determines `y`.
@@ -375,7 +370,7 @@ impl Equations {
             work_w[0] -= outside.drive_m_per_s * self.drive_n_per_m[n] * behind_m[n];
             work_w[1] += friction_n * v;
             work_w[2] += radiation * v * v;
-            work_w[3] += self.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
+            work_w[3] += self.chain.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
         }
     }
 

@@ -45,7 +45,7 @@ impl Linear {
     pub(super) fn factorise(&mut self, equations: &Equations, begin: &Place, sigma: f64) {
         let (_, friction_rate, ..) = begin.rates.parts();
         let (a, mass_kg) = (equations.law.direct_effect, equations.mass_kg);
-        let beside = equations.stiffness_n_per_m / sigma + equations.damping_kg_per_s;
+        let beside = equations.chain.stiffness_n_per_m / sigma + equations.chain.damping_kg_per_s;
         let mut before = 0.0;
         for (n, contact) in begin.contacts.iter().enumerate() {
             let Contact { velocity_of_friction: v_y, slope, .. } = *contact;
@@ -56,8 +56,8 @@ impl Linear {
             let turning = slope * contact.rate_of_velocity * v_y / a + contact.state_rate / a;
             let alpha = inertia * (sigma - turning) + direct_n + slope * net_n;
             let kappa = (slope * (inertia / share + direct_n) - (1.0 - slope * slope) * net_n) / a;
-            let neighbours = equations.neighbours(n);
-            let damping = equations.law.radiation_kg_per_s + neighbours * equations.damping_kg_per_s;
+            let neighbours = equations.chain.neighbours(n);
+            let damping = equations.law.radiation_kg_per_s + neighbours * equations.chain.damping_kg_per_s;
             let diagonal = alpha / v_y
                 + kappa * contact.rate_of_velocity * share
                 + damping
@@ -82,7 +82,7 @@ impl Linear {
         }
         let mut before = 0.0;
         for n in 0..contacts.len() {
-            let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
+            let pulled_n = equations.chain.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
                 - equations.springs_n_per_m(n) * r_w[n];
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
                 - equations.direct_change_n(n, *outside, ahead_s) * friction[n]
@@ -111,7 +111,8 @@ impl Linear {
                 + equations.direct_change_n(n, *outside, ahead_s) * friction[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
             if let Some(next) = contacts.get(n + 1) {
-                work_w[3] += 2.0 * equations.damping_kg_per_s * (next.velocity - v) * (change_after - z);
+                work_w[3] +=
+                    2.0 * equations.chain.damping_kg_per_s * (next.velocity - v) * (change_after - z);
             }
             change_after = z;
         }

@@ -13,8 +13,15 @@ use crate::step::state::SliderState;
 pub struct Snapshot {
     /// The state of the slider.
     pub slider: SliderState,
-    /// The accounts of the solver; any are possible.
+    /// The accounts of the solver.
     pub pace: Pace,
+}
+
+impl Snapshot {
+    /// Checks a loaded snapshot against the plan ([`SliderState::fits`]). Any accounts are possible.
+    pub fn fits(&self, plan: &Plan) -> bool {
+        self.slider.fits(plan)
+    }
 }
 
 impl From<SliderState> for Snapshot {

@@ -239,7 +239,7 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
         stick_position_m: state.stick_position_m[n],
         threshold_n: threshold_n(plan, state, n),
         junctions_slipping: state.junctions.as_ref().map(|junctions| junctions.slipping(n)),
-        across: is_area(plan, state).then(|| SwitchAcross {
+        across: is_area(plan).then(|| SwitchAcross {
             displacement_m: state.displacement_m[plan.elastic.nodes() + n],
             velocity_m_per_s: state.velocity_m_per_s[plan.elastic.nodes() + n],
             tangential_force_n: state.tangential_force_n[plan.blocks + n],
@@ -249,30 +249,21 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
 }
 
 /// Whether contacts cover an area, so that they have a second tangential axis, across the sliding direction.
-fn is_area(plan: &Plan, state: &SliderState) -> bool {
-    state.tangential_force_n.len() > plan.blocks
+fn is_area(plan: &Plan) -> bool {
+    plan.elastic.tangential_axes() > 1
 }
 
 /// The values across the sliding direction of some contacts, of an array in which those of all nodes or
 /// contacts, `along`, come before; none where contacts lie in a single row.
-fn across(
-    plan: &Plan,
-    state: &SliderState,
-    values: &[f64],
-    along: usize,
-    contacts: Range<usize>,
-) -> Vec<f64> {
-    match is_area(plan, state) {
-        true => values[along..][contacts].to_vec(),
-        false => Vec::new(),
-    }
+fn across(plan: &Plan, values: &[f64], along: usize, contacts: Range<usize>) -> Vec<f64> {
+    if is_area(plan) { values[along..][contacts].to_vec() } else { Vec::new() }
 }
 
 /// The state of all blocks; of a lattice, of its contacts.
 pub fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
     let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
-    let across = |values: &[f64], along| across(plan, state, values, along, 0..contacts);
+    let across = |values: &[f64], along| across(plan, values, along, 0..contacts);
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
@@ -317,7 +308,7 @@ fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>)
 /// The state of some blocks, counted from 0, in a dense window or that of ruptures, by its index.
 fn window_record(plan: &Plan, state: &SliderState, index: usize, blocks: Range<usize>) -> Record {
     let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
-    let across = |values: &[f64], along| across(plan, state, values, along, blocks.clone());
+    let across = |values: &[f64], along| across(plan, values, along, blocks.clone());
     Record::Window(WindowRecord {
         window: index as u32,
         step: state.step,

@@ -52,7 +52,7 @@ struct Summaries {
 }
 
 /// The state in checkpoints.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stored {
     /// Junctions of a contact.
@@ -114,9 +114,8 @@ impl JunctionState {
             anchor_m.extend(law.offsets(n).iter().map(|q| mean_m + width_n * q / k));
         }
         let zeros = vec![0; anchor_m.len()];
-        let (totals, totals_before) = Default::default();
-        let (slips_until_step, breaks) = (zeros.clone(), zeros);
-        let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+        let kept =
+            Stored { count, anchor_m, slips_until_step: zeros.clone(), breaks: zeros, ..Stored::default() };
         Some(Box::new(JunctionState::of(kept)))
     }
 
@@ -276,27 +275,9 @@ pub(crate) struct JunctionLoops {
     pub(crate) friction_n: Vec<f64>,
     heat_j: Vec<f64>,
     marks: Vec<f64>,
-    visited: Vec<usize>,
-    broken_m: Vec<f64>,
+    visited: Vec<(usize, f64)>,
     /// Heat of visits, J.
     visits_j: f64,
-}
-
-/// Contacts before a step, and the step.
-pub(crate) struct Loaded<'a> {
-    pub(crate) step: u64,
-    pub(crate) u: &'a [f64],
-    /// `mu_s p` and `mu_d p`.
-    pub(crate) threshold_n: &'a [f64],
-    pub(crate) sliding_friction_n: &'a [f64],
-}
-
-impl Strength {
-    /// The contacts in a step at these displacements, of which theirs come first.
-    pub(crate) fn loaded<'a>(&'a self, step: u64, u: &'a [f64]) -> Loaded<'a> {
-        let Strength { threshold_n, sliding_friction_n, .. } = self;
-        Loaded { step, u: &u[..threshold_n.len()], threshold_n, sliding_friction_n }
-    }
 }
 
 impl JunctionLoops {
@@ -316,7 +297,6 @@ impl JunctionLoops {
             heat_j: zeros(),
             marks: zeros(),
             visited: Vec::new(),
-            broken_m: Vec::new(),
             visits_j: 0.0,
         })
     }
@@ -328,14 +308,17 @@ impl JunctionLoops {
         state: &mut JunctionState,
         mean_anchor_m: &mut [f64],
         outer_n: &mut [f64],
-        at: &Loaded<'_>,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
     ) {
+        // The contacts are the first of all freedoms.
+        let u = &u[..mean_anchor_m.len()];
         state.kept.totals_before = state.kept.totals;
         let contacts = &mut state.contacts;
         let bearing = Bearing {
-            u: at.u,
-            threshold_n: at.threshold_n,
-            sliding_friction_n: at.sliding_friction_n,
+            u,
+            threshold_n: &strength.threshold_n,
+            sliding_friction_n: &strength.sliding_friction_n,
             stiffness_n_per_m: &self.stiffness_n_per_m,
             compliance_m_per_n: &self.compliance_m_per_n,
             low_count: &contacts.low_count,
@@ -346,32 +329,37 @@ impl JunctionLoops {
             pinned_low_m: &contacts.pinned_low_m,
             pinned_high_m: &contacts.pinned_high_m,
             due_step: &contacts.due_step,
-            step: at.step as f64,
+            step: step as f64,
             share: self.share,
         };
         let (low_m, high_m) = (&mut contacts.low_m, &mut contacts.high_m);
         let any = kernels::drag(low_m, high_m, mean_anchor_m, &mut self.heat_j, &mut self.marks, &bearing);
         self.visits_j = 0.0;
         self.visited.clear();
-        self.broken_m.clear();
         if any {
             for (n, mean_anchor_m) in mean_anchor_m.iter_mut().enumerate() {
                 if self.marks[n] != 0.0 {
-                    *mean_anchor_m = self.visit(state, n, at);
+                    *mean_anchor_m = self.visit(state, n, strength, (step, u));
                 }
             }
         }
         let friction_n = &mut self.friction_n;
-        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, at.u, mean_anchor_m);
+        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, u, mean_anchor_m);
     }
 
     /// Items 1 to 3 for all junctions of a contact, of which the outermost are dragged already; returns the mean of
     /// their anchors before any breaks.
-    fn visit(&mut self, state: &mut JunctionState, n: usize, at: &Loaded<'_>) -> f64 {
+    fn visit(
+        &mut self,
+        state: &mut JunctionState,
+        n: usize,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
+    ) -> f64 {
         state.refresh(n);
-        let (law, k, u) = (self.law, self.stiffness_n_per_m[n], at.u[n]);
-        let (reach, strength) =
-            (at.sliding_friction_n[n] * self.compliance_m_per_n[n], at.threshold_n[n] * self.share);
+        let (law, k, u) = (self.law, self.stiffness_n_per_m[n], u[n]);
+        let reach = strength.sliding_friction_n[n] * self.compliance_m_per_n[n];
+        let strength = strength.threshold_n[n] * self.share;
         let released_j = |from: f64, to: f64| 0.5 * k * (to - from) * ((u - from) + (u - to));
         let all = n * law.count..(n + 1) * law.count;
         for j in all.clone() {
@@ -394,11 +382,10 @@ impl JunctionLoops {
                 state.kept.totals.breaks += 1;
                 let steps = law.slip_steps(n, j - all.start, state.kept.breaks[j], self.step_s);
                 // A time that is longer than any run saturates.
-                state.kept.slips_until_step[j] = at.step.saturating_add(steps);
+                state.kept.slips_until_step[j] = step.saturating_add(steps);
             }
         }
-        self.visited.push(n);
-        self.broken_m.push(broken_m);
+        self.visited.push((n, broken_m));
         anchors * self.share
     }
 
@@ -408,18 +395,18 @@ impl JunctionLoops {
         state: &mut JunctionState,
         mean_anchor_m: &mut [f64],
         slip: &[f64],
-        after: &Loaded<'_>,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
     ) -> bool {
         let mut any = false;
-        for at in 0..self.visited.len() {
-            let n = self.visited[at];
-            let (k, u) = (self.stiffness_n_per_m[n], after.u[n]);
+        for &(n, _) in &self.visited {
+            let (k, u) = (self.stiffness_n_per_m[n], u[n]);
             let of = n * self.law.count..(n + 1) * self.law.count;
             // Without load all junctions slip, however long.
-            let bears = after.threshold_n[n] > 0.0 || after.sliding_friction_n[n] > 0.0;
+            let bears = strength.threshold_n[n] > 0.0 || strength.sliding_friction_n[n] > 0.0;
             for j in of.clone() {
                 let until = state.kept.slips_until_step[j];
-                if bears && until != 0 && until <= after.step {
+                if bears && until != 0 && until <= step {
                     let stretch = u - state.kept.anchor_m[j];
                     self.visits_j += 0.5 * k * stretch * stretch;
                     state.kept.anchor_m[j] = u;
@@ -437,7 +424,7 @@ impl JunctionLoops {
     /// Sets the bit of every contact that begins or ceases to slide.
     pub(crate) fn mark_switches(&self, state: &JunctionState, slip: &[f64], marks: &mut [u64]) {
         marks.fill(0);
-        for &n in &self.visited {
+        for &(n, _) in &self.visited {
             let switches = self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
             marks[n / 64] |= u64::from(switches) << (n % 64);
         }
@@ -449,7 +436,7 @@ impl JunctionLoops {
     pub(crate) fn heat_and_scheme_j(&self, velocity_m_per_s: &[f64]) -> [f64; 2] {
         let (dt, k) = (self.step_s, &self.stiffness_n_per_m);
         let [dragged_j, stretch] = kernels::heat_and_stretch(&self.heat_j, k, velocity_m_per_s);
-        let broken = self.visited.iter().zip(&self.broken_m);
+        let broken = self.visited.iter();
         let broken_j: f64 = broken.map(|(n, moved_m)| k[*n] * moved_m * dt * velocity_m_per_s[*n]).sum();
         [dragged_j + (self.visits_j + broken_j), 0.5 * self.law.count as f64 * dt * dt * stretch]
     }

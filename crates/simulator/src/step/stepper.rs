@@ -39,8 +39,6 @@ pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
     state: SliderState,
     body: B,
-    /// Whether the law has no friction springs.
-    holds: bool,
     /// The contacts that may switch, as bits.
     marks: Vec<u64>,
     /// The contacts that switched in the last step, counted from 0, ascending.
@@ -65,7 +63,6 @@ impl<B: Body> Stepper<B> {
     pub(crate) fn of(plan: Arc<Plan>, state: SliderState, body: B) -> Stepper<B> {
         Stepper {
             body,
-            holds: plan.friction.law.holds(),
             marks: vec![0; plan.blocks.div_ceil(64)],
             switched: Vec::new(),
             counters: Counters::default(),
@@ -216,7 +213,7 @@ impl<B: Body> SingleSteps for Stepper<B> {
         let Stepper { plan, state, body, .. } = self;
         let may_switch = body.advance(plan, state);
         // Under a law without friction springs, contacts stop within this step.
-        let holds = self.holds;
+        let holds = plan.friction.law.holds();
         if !holds {
             body.add_step(plan, state, load);
         }

@@ -175,12 +175,8 @@ pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &
 
 /// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
 pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
-}
-
-/// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
-pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
-    aged(plan, plan.friction.static_coefficients[n], |ageing| ageing.coefficient, since_step, step)
+    let since_step = state.stuck_since_step.get(n).copied();
+    aged(plan, plan.friction.static_coefficients[n], |ageing| ageing.coefficient, since_step, state.step)
 }
 
 /// A strength that grows from its value for a contact that has just begun to stick.

@@ -114,7 +114,7 @@ fn by_every_law_and_drive(one_of: usize) {
             let mut fast = SolverKind::Fast.start(plan.clone());
             while fast.next_record().unwrap().is_some() {}
             let counters = fast.counters();
-            assert!(fast.snapshot().slider.fits(&plan), "{sets:?}, {parameters}");
+            assert!(fast.snapshot().fits(&plan), "{sets:?}, {parameters}");
             assert!(counters.fit(plan.steps - plan.initial.step), "{sets:?}, {parameters}: {counters}");
             // Friction that depends on velocity takes single steps while anything slides, and where
             // blocks chatter no shortcut pays.

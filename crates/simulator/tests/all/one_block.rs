@@ -119,7 +119,7 @@ fn the_fast_solver_does_what_the_plain_one_does() {
             assert!(agree(&plan, &what).switches > 0, "{what}");
             let mut fast = SolverKind::Fast.start(plan.clone());
             while fast.next_record().unwrap().is_some() {}
-            assert!(fast.snapshot().slider.fits(&plan) && fast.counters().fit(plan.steps - plan.initial.step));
+            assert!(fast.snapshot().fits(&plan) && fast.counters().fit(plan.steps - plan.initial.step));
         }
     }
 }

@@ -23,7 +23,10 @@ use crate::step::strength::{Load, Strength};
 pub(crate) struct ChainBody {
     chain: Chain,
     law: Arc<dyn ChainLoops>,
-    junctions: Option<FreeChain>,
+    /// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
+    junctions: Option<JunctionLoops>,
+    /// 1 for every block.
+    free: Vec<f64>,
     /// Displacements, velocities and tangential forces before the step.
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
@@ -40,14 +43,6 @@ pub(crate) struct ChainBody {
     accounts: Accounts,
     /// Whether the current step is added by itself, outside any span.
     adds_alone: bool,
-}
-
-/// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
-#[derive(Debug, Clone)]
-struct FreeChain {
-    contacts: JunctionLoops,
-    /// 1 for every block.
-    free: Vec<f64>,
 }
 
 impl ChainBody {
@@ -81,8 +76,8 @@ impl OfPlan for ChainBody {
         let zeros = || vec![0.0; chain.nodes];
         ChainBody {
             law: loops(plan.friction.law),
-            junctions: JunctionLoops::of(plan)
-                .map(|contacts| FreeChain { contacts, free: vec![1.0; chain.nodes] }),
+            junctions: JunctionLoops::of(plan),
+            free: vec![1.0; chain.nodes],
             former_displacement_m: zeros(),
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
@@ -124,7 +119,7 @@ impl Body for ChainBody {
     #[inline]
     fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         if plan.contact_load_course.is_some() {
-            plan.follow_loads_n(state.step, state.hold_step, &mut state.normal_load_n);
+            state.normal_load_n = plan.loads_n(state.step, state.hold_step);
             self.strength.update(plan, &state.normal_load_n);
         } else if self.strength.changes() {
             self.strength.follow(plan, state, load);
@@ -163,9 +158,8 @@ impl Body for ChainBody {
         let dt = plan.grid.step_s();
         let (step, strength) = (state.step, &self.strength);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded = strength.loaded(step, &state.displacement_m);
             let (outer_n, anchor_m) = (&mut self.outer_force_n, &mut state.stick_position_m);
-            junctions.contacts.pull(pinned, anchor_m, outer_n, &loaded);
+            junctions.pull(pinned, anchor_m, outer_n, strength, (step, &state.displacement_m));
         }
         std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
         let old = Blocks {
@@ -175,7 +169,7 @@ impl Body for ChainBody {
             outer_force: &self.outer_force_n,
             is_pulled_inside: self.is_pulled_inside,
             u_stick: &state.stick_position_m,
-            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            slip: if self.junctions.is_some() { &self.free } else { &state.slip },
             threshold: &self.strength.threshold_n,
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
@@ -200,18 +194,17 @@ impl Body for ChainBody {
         let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) else {
             return may_switch;
         };
-        let contacts = &mut junctions.contacts;
         // The tangential force is that without friction.
-        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&contacts.friction_n) {
+        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&junctions.friction_n) {
             *tau_n += friction_n;
         }
-        let loaded = strength.loaded(step, &state.displacement_m);
-        contacts.repin(pinned, &mut state.stick_position_m, &state.slip, &loaded)
+        let after = (step, &state.displacement_m[..]);
+        junctions.repin(pinned, &mut state.stick_position_m, &state.slip, strength, after)
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
         if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
-            return junctions.contacts.mark_switches(pinned, &state.slip, marks);
+            return junctions.mark_switches(pinned, &state.slip, marks);
         }
         let after = After {
             slip: &state.slip,
@@ -246,7 +239,7 @@ impl Body for ChainBody {
             v: &self.former_velocity_m_per_s,
             v_new: &state.velocity_m_per_s,
             tau: &state.tangential_force_n,
-            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            slip: if self.junctions.is_some() { &self.free } else { &state.slip },
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
             kt: &plan.friction.springs_n_per_m,
@@ -267,7 +260,7 @@ impl Body for ChainBody {
         }
         let mut work = self.law.step_work(&moved);
         if let Some(junctions) = &self.junctions {
-            let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
+            let [heat_j, scheme_j] = junctions.heat_and_scheme_j(&state.velocity_m_per_s);
             state.energy.friction_heat_j.add(heat_j);
             work.scheme_j += scheme_j;
         }

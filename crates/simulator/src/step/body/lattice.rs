@@ -185,8 +185,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let dt_over_m = dt / plan.block_mass_kg;
         let may_switch = match (&mut self.junctions, &mut state.junctions) {
             (Some(junctions), Some(pinned)) => {
-                let loaded = self.strength.loaded(state.step, u);
-                junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
+                let anchor_m = &mut state.stick_position_m;
+                junctions.pull(pinned, anchor_m, outer_n, &self.strength, (state.step, u));
                 true
             }
             _ => {
@@ -214,8 +214,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
         self.work = kernels::lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded = self.strength.loaded(state.step, &state.displacement_m);
-            return junctions.repin(pinned, &mut state.stick_position_m, &state.slip, &loaded);
+            let after = (state.step, &state.displacement_m[..]);
+            return junctions.repin(pinned, &mut state.stick_position_m, &state.slip, &self.strength, after);
         }
         may_switch
     }

@@ -6,8 +6,9 @@ use asperity_model::{Junctions, Plan, mixed};
 use asperity_record::JunctionTotals;
 use asperity_testkit::DirectContact;
 
-use super::{JunctionLoops, JunctionState, Loaded, Stored};
+use super::{JunctionLoops, JunctionState, Stored};
 use crate::kernels::by_all;
+use crate::step::strength::Strength;
 
 fn plan(sets: &[&str]) -> Plan {
     Plan::new(
@@ -38,17 +39,12 @@ impl Rig {
     /// A step of all contacts from `u` to `new_u` under the loads `p`; returns friction and heat.
     fn step(&mut self, u: &[f64], new_u: &[f64], p: &[f64]) -> (Vec<f64>, f64) {
         self.step += 1;
-        let friction = &self.plan.friction;
-        let times = |mu: &[f64]| mu.iter().zip(p).map(|(mu, p)| mu * p).collect::<Vec<f64>>();
-        let (threshold, sliding) =
-            (times(&friction.static_coefficients), times(&friction.dynamic_coefficients));
+        let mut strength = Strength::new(&self.plan);
+        strength.update(&self.plan, p);
         let mut outer = vec![0.0; u.len()];
-        let before = Loaded { step: self.step, u, threshold_n: &threshold, sliding_friction_n: &sliding };
-        self.loops.pull(&mut self.state, &mut self.mean_anchor, &mut outer, &before);
-        let after =
-            Loaded { step: self.step, u: new_u, threshold_n: &threshold, sliding_friction_n: &sliding };
+        self.loops.pull(&mut self.state, &mut self.mean_anchor, &mut outer, &strength, (self.step, u));
         let slip = vec![0.0; u.len()];
-        self.loops.repin(&mut self.state, &mut self.mean_anchor, &slip, &after);
+        self.loops.repin(&mut self.state, &mut self.mean_anchor, &slip, &strength, (self.step, new_u));
         let v: Vec<f64> = u.iter().zip(new_u).map(|(u, new)| (new - u) / self.plan.grid.step_s()).collect();
         (self.loops.friction_n.clone(), self.loops.heat_and_scheme_j(&v)[0])
     }

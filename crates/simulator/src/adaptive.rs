@@ -32,9 +32,6 @@ use crate::records::stop::{Stop, steps_between_looks};
 use crate::step::single_step::Driving;
 use crate::step::state::SliderState;
 
-/// The solver's name in run headers and on the command line.
-pub(crate) const NAME: &str = "adaptive";
-
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
 const SHORTEST_STEP_S: f64 = 1e-200;
 
@@ -426,10 +423,6 @@ impl Adaptive {
 }
 
 impl Solver for Adaptive {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
         let steps = steps_between_looks(&self.plan) / GRID_STEPS_OF_A_STEP + 1;
         let mut left = steps;

@@ -136,14 +136,6 @@ impl Lattice {
         around.filter_map(move |(offset, kind)| Some((lattice.at(place, offset)?, offset, kind)))
     }
 
-    /// The contacts bonded to a contact, in ascending order.
-    pub fn neighbours_of_contact(&self, contact: usize) -> Vec<usize> {
-        let joined = self.bonds_of(contact).map(|(node, ..)| node);
-        let mut neighbours: Vec<usize> = joined.filter(|node| *node < self.contacts()).collect();
-        neighbours.sort_unstable();
-        neighbours
-    }
-
     /// The force of the foundation on a node of the bottom row, `p = -k_f u_z`, or 0 where the node has
     /// lifted off: the normal load of its contact.
     #[inline(always)]

@@ -7,6 +7,7 @@ use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course, by_contact};
 use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::initial;
+use crate::plan::initial_state::InitialState;
 use crate::plan::load;
 use crate::plan::slab;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
@@ -67,8 +68,16 @@ impl Plan {
         }
         let mut initial = match displacement_at_rest_m {
             Some(displacement_m) => {
-                let anchors = springs.elastic.tangential_axes() * blocks;
-                slab::at_rest(displacement_m, anchors, &mut drive)
+                // Its driving springs are relaxed there.
+                for spring in &mut drive.springs {
+                    spring.rest_m = displacement_m[spring.block];
+                }
+                InitialState {
+                    velocity_m_per_s: vec![0.0; displacement_m.len()],
+                    stick_position_m: vec![0.0; springs.elastic.tangential_axes() * blocks],
+                    displacement_m,
+                    ..InitialState::default()
+                }
             }
             None => initial::state(
                 scenario,

@@ -5,8 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::body::lattice::Lattice;
 use crate::law::magnitude;
-use crate::plan::initial_state::InitialState;
-use crate::plan::{Drive, DriveSpring, Plan};
+use crate::plan::{DriveSpring, Plan};
 
 /// Relative residual, over the load, at rounding level.
 const RESIDUAL: f64 = 1e-15;
@@ -132,20 +131,6 @@ fn balanced_m(
 pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
     let Some(normal) = lattice.first_normal() else { return Vec::new() };
     lattice.row(0).map(|n| lattice.normal_load_n(displacement_m[normal + n])).collect()
-}
-
-/// The state at the start, with that many coordinates of anchors; also sets the relaxed positions of the
-/// drive's springs to it.
-pub(crate) fn at_rest(displacement_m: Vec<f64>, anchors: usize, drive: &mut Drive) -> InitialState {
-    for spring in &mut drive.springs {
-        spring.rest_m = displacement_m[spring.block];
-    }
-    InitialState {
-        velocity_m_per_s: vec![0.0; displacement_m.len()],
-        stick_position_m: vec![0.0; anchors],
-        displacement_m,
-        ..InitialState::default()
-    }
 }
 
 /// The reason why a body pressed onto a foundation has no valid state of rest: the iteration did not

@@ -240,10 +240,6 @@ impl Equations {
         }
     }
 
-    pub(super) fn blocks(&self) -> usize {
-        self.contacts.len()
-    }
-
     pub(super) fn has_inertia(&self) -> bool {
         self.mass_kg > 0.0
     }
@@ -266,7 +262,7 @@ impl Equations {
     /// The sum over the neighbours of block `n`.
     pub(super) fn beside(&self, n: usize, of: impl Fn(usize) -> f64) -> f64 {
         let left = if n > 0 { of(n - 1) } else { 0.0 };
-        let right = if n + 1 < self.blocks() { of(n + 1) } else { 0.0 };
+        let right = if n + 1 < self.chain.nodes { of(n + 1) } else { 0.0 };
         left + right
     }
 
@@ -302,7 +298,7 @@ impl Equations {
 
     /// `y` of block `n` at a time, given the unknowns by their places.
     fn friction(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
-        let blocks = self.blocks();
+        let blocks = self.chain.nodes;
         if self.has_inertia() {
             return unknown(blocks + n);
         }
@@ -312,7 +308,8 @@ impl Equations {
 
     /// `|V|` of block `n`, likewise.
     pub(super) fn speed_m_per_s(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
-        let (size, decay) = self.growth(self.friction(n, outside, &unknown), unknown(2 * self.blocks() + n));
+        let (size, decay) =
+            self.growth(self.friction(n, outside, &unknown), unknown(2 * self.chain.nodes + n));
         size * (1.0 - decay)
     }
 
@@ -324,12 +321,12 @@ impl Equations {
 
     /// Brings the law to these unknowns; without inertia it also determines `y`.
     pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: Outside) {
-        for n in 0..self.blocks() {
+        for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, unknown);
             let friction = self.friction(n, outside, unknown);
-            self.contacts[n] = self.contact(n, friction, at.0[2 * self.blocks() + n]);
-            at.0[self.blocks() + n] = friction;
+            self.contacts[n] = self.contact(n, friction, at.0[2 * self.chain.nodes + n]);
+            at.0[self.chain.nodes + n] = friction;
         }
     }
 

@@ -90,13 +90,13 @@ pub(super) struct Rodas4 {
 impl Rodas4 {
     /// For steps with this relative tolerance.
     pub(super) fn new(equations: &Equations, tolerance: f64) -> Rodas4 {
-        let zeros = || Unknowns::zeros(equations.blocks());
+        let zeros = || Unknowns::zeros(equations.chain.nodes);
         Rodas4 {
-            linear: Linear::of(equations.blocks()),
+            linear: Linear::of(equations.chain.nodes),
             changes: std::array::from_fn(|_| zeros()),
             end: zeros(),
             tolerance,
-            scales: (0..equations.blocks()).map(|n| equations.scales(n)).collect(),
+            scales: (0..equations.chain.nodes).map(|n| equations.scales(n)).collect(),
         }
     }
 

@@ -169,7 +169,7 @@ impl Recorder {
     /// step without a step record may have the state of a rupture; all other states follow the record of their step.
     fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
         let (recording, step) = (&plan.recording, state.step);
-        if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
+        if (edge && recording.event_fields) || step.is_multiple_of(recording.fields_every_steps) {
             self.ready.push_back(Record::Fields(Box::new(fields(plan, state))));
         }
         let windows = recording.windows.iter().enumerate();
@@ -201,10 +201,6 @@ fn load(
         sliding: state.sliding,
         switches,
     }
-}
-
-fn is_on_cadence(every: u64, step: u64) -> bool {
-    every > 0 && step.is_multiple_of(every)
 }
 
 /// The first step after `step` at which a step record is due, which the states of ruptures do not need.

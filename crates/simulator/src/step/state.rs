@@ -159,11 +159,6 @@ impl SliderState {
         }
     }
 
-    /// Number of contacts that were lifted off in the last step.
-    pub(crate) fn contacts_in_air(&self) -> u64 {
-        self.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count() as u64
-    }
-
     /// Checks a loaded state against the plan: sizes, finite values, the step, and that the drive stops
     /// no later than it may. A state from a file must pass before a solver restores it.
     pub fn fits(&self, plan: &Plan) -> bool {

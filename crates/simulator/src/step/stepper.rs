@@ -228,7 +228,8 @@ impl<B: Body> SingleSteps for Stepper<B> {
         }
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
-        self.counters.contact_steps_in_air += state.contacts_in_air();
+        let in_air = state.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count();
+        self.counters.contact_steps_in_air += in_air as u64;
         if !state.memory.is_empty() {
             body.remember(plan, state, &self.switched);
         }

@@ -32,17 +32,10 @@ const GROUP: usize = 8;
 /// A quantity around a node. A missing neighbour has no bond: it gets the node's own value, so it does not pull.
 #[inline(always)]
 fn around<const BELOW: bool, const ABOVE: bool>(at: impl Fn(usize, usize) -> f64) -> Around {
-    let mut around = [[at(1, 1); 3]; 3];
-    for ahead in 0..3 {
-        if BELOW {
-            around[0][ahead] = at(0, ahead);
-        }
-        around[1][ahead] = at(1, ahead);
-        if ABOVE {
-            around[2][ahead] = at(2, ahead);
-        }
-    }
-    around
+    let own = at(1, 1);
+    let below = |ahead: usize| if BELOW { at(0, ahead) } else { own };
+    let above = |ahead: usize| if ABOVE { at(2, ahead) } else { own };
+    [[below(0), below(1), below(2)], [at(1, 0), own, at(1, 2)], [above(0), above(1), above(2)]]
 }
 
 impl Plane {
@@ -99,6 +92,7 @@ impl Plane {
             }
         }
         let inner = last - 1;
+        let rows = rows.map(|rows| rows.map(|row| &row[..inner + 2]));
         if inner < GROUP {
             (0..inner).for_each(|at| self.pull_on_group::<BELOW, ABOVE, 1>(&mut forces_n, &rows, at));
         } else {
@@ -128,11 +122,8 @@ impl Plane {
         // First into numbers of their own, which overlap with nothing, as vectorising requires.
         let mut pulls_n = [[0.0; N]; QUANTITIES];
         for n in 0..N {
-            let mut of = [Around::default(); QUANTITIES];
-            for (of, lines) in of.iter_mut().zip(&lines) {
-                *of = around::<BELOW, ABOVE>(|up, ahead| lines[up][ahead][n]);
-            }
-            let pull_n = self.pull_n(&of);
+            let of = |quantity: usize| around::<BELOW, ABOVE>(|up, ahead| lines[quantity][up][ahead][n]);
+            let pull_n = self.pull_n(&[of(0), of(1), of(2), of(3)]);
             for quantity in 0..QUANTITIES {
                 pulls_n[quantity][n] = pull_n[quantity];
             }

@@ -83,7 +83,7 @@ pub struct Friction {
     pub contact_stiffness_n_per_m: Vec<f64>,
     /// `mu_s` of each contact, offsets and spread included.
     pub static_coefficients: Vec<f64>,
-    /// `mu_d` of each contact, likewise.
+    /// `mu_d` of each contact, offsets and spread included.
     pub dynamic_coefficients: Vec<f64>,
     /// Static thresholds `mu_s p_n`, of contacts that have not aged.
     pub static_threshold_n: Vec<f64>,
@@ -286,7 +286,7 @@ impl Plan {
         self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
     }
 
-    /// Velocity of the drive point at a step, likewise; 0 from the step in which it stopped. Between the knots of its
+    /// Velocity of the drive point at a step, 0 from `hold_step` on, in which it stopped. Between the knots of its
     /// course it is linear in time, at the rate [`Course::rate`] per step.
     #[inline]
     pub fn drive_velocity_m_per_s(&self, step: u64, hold_step: u64) -> f64 {

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::Energy;
 
-use crate::adaptive::equations::{Equations, Outside, Place, Unknowns};
+use crate::adaptive::equations::{Equations, Outside, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::energy::ledger::Sum;
 use crate::records::counters::Counters;
@@ -58,8 +58,8 @@ pub(crate) struct Adaptive {
     time_s: Sum,
     step_s: f64,
     next_step_s: f64,
-    begin: Place,
-    end: Place,
+    begin: StepEnd,
+    end: StepEnd,
     /// The beginning of the piece of the courses of drive and load in which the step is.
     piece: Outside,
     /// Whether each block is above the event speed at the end of the step.
@@ -91,8 +91,8 @@ impl Adaptive {
             time_s: Sum::default(),
             step_s: 0.0,
             next_step_s: 0.0,
-            begin: Place::zeros(blocks),
-            end: Place::zeros(blocks),
+            begin: StepEnd::zeros(blocks),
+            end: StepEnd::zeros(blocks),
             piece: Outside::default(),
             is_above: vec![false; blocks],
             crossings: Vec::new(),

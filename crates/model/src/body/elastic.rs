@@ -154,7 +154,7 @@ impl Chain {
 
     /// The pull on all nodes,
     /// `k ((u_{n+1} - 2 u_n) + u_{n-1}) + eta ((v_{n+1} - 2 v_n) + v_{n-1})`, at the ends
-    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and likewise: (5.6), (5.7). None on a single node.
+    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and its mirror image: (5.6), (5.7). None on a single node.
     #[inline(always)]
     pub fn pull(&self, tau: &mut [f64], u: &[f64], v: &[f64]) {
         if let [tau] = tau {

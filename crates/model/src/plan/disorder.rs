@@ -92,7 +92,7 @@ impl Quantity {
         if spread == 0.0 {
             return Vec::new();
         }
-        let numbers = Numbers { seed: u64::from(scenario.friction.spread_seed), stream: self as u64 };
+        let numbers = Draws { seed: u64::from(scenario.friction.spread_seed), stream: self as u64 };
         let disorder = &scenario.disorder;
         let offset = |drawn: Drawn| drawn.offset(disorder, mean, spread);
         let contacts = u64::from(scenario.slider.contacts());
@@ -139,12 +139,12 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// The stream of pseudo-random numbers of a quantity.
-struct Numbers {
+struct Draws {
     seed: u64,
     stream: u64,
 }
 
-impl Numbers {
+impl Draws {
     /// A number from -1 to 1: SplitMix64's output function of seed, stream and contact. There are fewer than 2^29
     /// contacts.
     fn even(&self, contact: u64) -> f64 {

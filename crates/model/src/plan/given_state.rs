@@ -84,27 +84,18 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let of_log = !initial.from.is_empty() || !initial.state.is_empty();
     if !initial.is_given() {
         if initial.at_s != 0.0 {
+            let problem = format!("{} is the time of a state, and none is given", initial.at_s);
             let accepted = "0, or a state in initial.from, initial.state_csv or initial.displacement_m";
-            refuse(
-                "initial.at_s",
-                format!("{} is the time of a state, and none is given", initial.at_s),
-                accepted,
-            );
+            refuse("initial.at_s", problem, accepted);
         }
         return refused;
     }
     if of_log {
-        for (key, is_there) in [
-            ("initial.state_csv", !initial.state_csv.is_empty()),
-            ("initial.displacement_m", initial.has_lists()),
-        ] {
-            if is_there {
-                refuse(
-                    key,
-                    "the state is that of a log already".to_owned(),
-                    "none, or no initial.from and initial.state",
-                );
-            }
+        let is_table = !initial.state_csv.is_empty();
+        let others = [("initial.state_csv", is_table), ("initial.displacement_m", initial.has_lists())];
+        for (key, _) in others.into_iter().filter(|(_, is_there)| *is_there) {
+            let accepted = "none, or no initial.from and initial.state";
+            refuse(key, "the state is that of a log already".to_owned(), accepted);
         }
         return refused;
     }
@@ -116,33 +107,22 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     }
     if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
         let law = scenario.friction.law.word();
-        refuse(
-            key,
-            format!("contacts with friction.law = {law:?} have more state than these columns"),
-            lists,
-        );
+        let problem = format!("contacts with friction.law = {law:?} have more state than these columns");
+        refuse(key, problem, lists);
     }
     if initial.has_lists() && initial.displacement_m.is_empty() {
-        refuse(
-            "initial.displacement_m",
-            "none, beside other lists of a state".to_owned(),
-            "one for each block",
-        );
+        let problem = "none, beside other lists of a state".to_owned();
+        refuse("initial.displacement_m", problem, "one for each block");
     }
+    let sliding = &initial.sliding_blocks;
     let is_next = |at: usize| {
-        let (block, before) =
-            (initial.sliding_blocks[at], at.checked_sub(1).map(|at| initial.sliding_blocks[at]));
-        block.fract() == 0.0
-            && block <= f64::from(slider.blocks)
-            && before.is_none_or(|before| before < block)
+        let (block, ascends) = (sliding[at], at == 0 || sliding[at - 1] < sliding[at]);
+        block.fract() == 0.0 && block <= f64::from(slider.blocks) && ascends
     };
-    if let Some(at) = (0..initial.sliding_blocks.len()).find(|at| !is_next(*at)) {
-        let problem = format!("entry {} is {}", at + 1, initial.sliding_blocks[at]);
-        refuse(
-            "initial.sliding_blocks",
-            problem,
-            &format!("ascending whole numbers from 1 to {}", slider.blocks),
-        );
+    if let Some(at) = (0..sliding.len()).find(|at| !is_next(*at)) {
+        let problem = format!("entry {} is {}", at + 1, sliding[at]);
+        let accepted = format!("ascending whole numbers from 1 to {}", slider.blocks);
+        refuse("initial.sliding_blocks", problem, &accepted);
     }
     refused
 }

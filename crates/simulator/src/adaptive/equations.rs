@@ -58,7 +58,7 @@ impl Unknowns {
         (behind_m, friction, state, energies_j)
     }
 
-    /// Likewise.
+    /// `w`, `y`, `psi` and the energies, to be changed.
     pub(super) fn parts_mut(&mut self) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64; ENERGIES]) {
         let (of_blocks, energies_j) = self.0.split_last_chunk_mut().expect("energies come last");
         let (behind_m, rest) = of_blocks.split_at_mut(of_blocks.len() / 3);
@@ -76,18 +76,18 @@ impl Unknowns {
 
 /// One end of a step: the unknowns, what the law gives there, and their rates.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct StepEnd {
     pub(super) at: Unknowns,
     pub(super) contacts: Vec<Contact>,
     pub(super) rates: Unknowns,
     pub(super) outside: Outside,
 }
 
-impl Place {
-    pub(super) fn zeros(blocks: usize) -> Place {
+impl StepEnd {
+    pub(super) fn zeros(blocks: usize) -> StepEnd {
         let zeros = || Unknowns::zeros(blocks);
         let contacts = vec![Contact::default(); blocks];
-        Place { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
+        StepEnd { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
     }
 
     /// Evaluates the equations at `at`, for a step that begins there.
@@ -306,7 +306,7 @@ impl Equations {
         self.friction_under(self.pulled_n(n, unknown), self.direct_n(n, outside), state)
     }
 
-    /// `|V|` of block `n`, likewise.
+    /// `|V|` of block `n` at a time, given the unknowns by their places.
     pub(super) fn speed_m_per_s(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
         let (size, decay) =
             self.growth(self.friction(n, outside, &unknown), unknown(2 * self.chain.nodes + n));

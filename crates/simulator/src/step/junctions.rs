@@ -28,10 +28,10 @@ use crate::step::strength::Strength;
 
 /// The state of the junctions of all contacts.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(into = "Stored", try_from = "Stored")]
+#[serde(into = "SavedJunctions", try_from = "SavedJunctions")]
 pub struct JunctionState {
     /// Of the outermost slipping junctions, anchors are those of the last visit.
-    kept: Stored,
+    kept: SavedJunctions,
     contacts: Summaries,
 }
 
@@ -54,7 +54,7 @@ struct Summaries {
 /// The state in checkpoints.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Stored {
+struct SavedJunctions {
     /// Junctions of a contact.
     count: usize,
     /// Contact by contact, for each junction: its anchor; its last step of slip, 0 for a pinned one; how often it has
@@ -67,8 +67,8 @@ struct Stored {
     totals_before: JunctionTotals,
 }
 
-impl From<JunctionState> for Stored {
-    fn from(mut state: JunctionState) -> Stored {
+impl From<JunctionState> for SavedJunctions {
+    fn from(mut state: JunctionState) -> SavedJunctions {
         for n in 0..state.contacts.slipping.len() {
             state.refresh(n);
         }
@@ -76,10 +76,10 @@ impl From<JunctionState> for Stored {
     }
 }
 
-impl TryFrom<Stored> for JunctionState {
+impl TryFrom<SavedJunctions> for JunctionState {
     type Error = &'static str;
 
-    fn try_from(stored: Stored) -> Result<JunctionState, &'static str> {
+    fn try_from(stored: SavedJunctions) -> Result<JunctionState, &'static str> {
         let (count, all) = (stored.count, stored.anchor_m.len());
         if count == 0 || all % count != 0 || [stored.slips_until_step.len(), stored.breaks.len()] != [all; 2]
         {
@@ -91,7 +91,7 @@ impl TryFrom<Stored> for JunctionState {
 
 impl PartialEq for JunctionState {
     fn eq(&self, other: &JunctionState) -> bool {
-        Stored::from(self.clone()) == Stored::from(other.clone())
+        SavedJunctions::from(self.clone()) == SavedJunctions::from(other.clone())
     }
 }
 
@@ -103,7 +103,7 @@ impl JunctionState {
         let carried = plan.initial.carried.as_ref().and_then(|carried| carried.junctions.clone());
         if let Some(CarriedJunctions { anchor_m, slips_until_step, breaks, totals }) = carried {
             let [totals, totals_before] = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
-            let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+            let kept = SavedJunctions { count, anchor_m, slips_until_step, breaks, totals, totals_before };
             return Some(Box::new(JunctionState::of(kept)));
         }
         let mut anchor_m = Vec::with_capacity(plan.blocks * law.count);
@@ -114,12 +114,17 @@ impl JunctionState {
             anchor_m.extend(law.offsets(n).iter().map(|q| mean_m + width_n * q / k));
         }
         let zeros = vec![0; anchor_m.len()];
-        let kept =
-            Stored { count, anchor_m, slips_until_step: zeros.clone(), breaks: zeros, ..Stored::default() };
+        let kept = SavedJunctions {
+            count,
+            anchor_m,
+            slips_until_step: zeros.clone(),
+            breaks: zeros,
+            ..SavedJunctions::default()
+        };
         Some(Box::new(JunctionState::of(kept)))
     }
 
-    fn of(kept: Stored) -> JunctionState {
+    fn of(kept: SavedJunctions) -> JunctionState {
         let contacts = kept.anchor_m.len() / kept.count;
         let zeros = || vec![0.0; contacts];
         let summaries = Summaries {
@@ -155,7 +160,8 @@ impl JunctionState {
 
     /// As the state of a run that begins here.
     pub(crate) fn carried(&self) -> CarriedJunctions {
-        let Stored { anchor_m, slips_until_step, breaks, totals, totals_before, .. } = self.clone().into();
+        let SavedJunctions { anchor_m, slips_until_step, breaks, totals, totals_before, .. } =
+            self.clone().into();
         let totals = [totals, totals_before].map(|JunctionTotals { breaks, repins }| [breaks, repins]);
         CarriedJunctions { anchor_m, slips_until_step, breaks, totals }
     }

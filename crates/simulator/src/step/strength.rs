@@ -22,7 +22,7 @@ impl Load {
         Load(plan.load_factor(step, hold_step))
     }
 
-    /// The total load of a step, likewise.
+    /// The total load of a step, if the drive stopped in `hold_step`.
     pub(crate) fn of_all(plan: &Plan, step: u64, hold_step: u64) -> Load {
         Load(plan.total_load_factor(step, hold_step))
     }

@@ -9,7 +9,7 @@
 pub(super) struct Plane {
     /// Nodes in a row.
     pub(super) columns: usize,
-    /// Rows, at least 2.
+    /// RowsAround, at least 2.
     pub(super) rows: usize,
     pub(super) stiffness_n_per_m: f64,
     pub(super) damping_kg_per_s: f64,
@@ -20,7 +20,7 @@ const QUANTITIES: usize = 4;
 
 /// A quantity on the three rows around a node: below it, its own, above it. At the bottom and at the top its own
 /// row fills the place of the one that is missing.
-type Rows<'a> = [&'a [f64]; 3];
+type RowsAround<'a> = [&'a [f64]; 3];
 
 /// A quantity at a node and at the eight around it: from the row below upwards, each from left to right.
 type Around = [[f64; 3]; 3];
@@ -77,7 +77,7 @@ impl Plane {
     fn pull_on_row<const BELOW: bool, const ABOVE: bool>(
         &self,
         mut forces_n: [&mut [f64]; QUANTITIES],
-        rows: [Rows<'_>; QUANTITIES],
+        rows: [RowsAround<'_>; QUANTITIES],
     ) {
         let last = self.columns - 1;
         for n in [0, last] {
@@ -108,7 +108,7 @@ impl Plane {
     fn pull_on_group<const BELOW: bool, const ABOVE: bool, const N: usize>(
         &self,
         forces_n: &mut [&mut [f64]; QUANTITIES],
-        rows: &[Rows<'_>; QUANTITIES],
+        rows: &[RowsAround<'_>; QUANTITIES],
         at: usize,
     ) {
         let mut lines = [[[&[][..]; 3]; 3]; QUANTITIES];

@@ -76,7 +76,7 @@ pub(super) enum Loops {
     Cube,
 }
 
-/// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, dashpots likewise.
+/// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, and dashpots, over `eta`, the same.
 pub const CHAIN: Table = Table {
     name: "chain",
     axes: &[0],

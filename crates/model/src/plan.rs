@@ -83,7 +83,7 @@ pub struct Friction {
     pub contact_stiffness_n_per_m: Vec<f64>,
     /// `mu_s` of each contact, offsets and spread included.
     pub static_coefficients: Vec<f64>,
-    /// `mu_d` of each contact, likewise.
+    /// `mu_d` of each contact, offsets and spread included.
     pub dynamic_coefficients: Vec<f64>,
     /// Static thresholds `mu_s p_n`, of contacts that have not aged.
     pub static_threshold_n: Vec<f64>,
@@ -169,6 +169,12 @@ impl Drive {
             all[spring.block] += spring.stiffness_n_per_m;
         }
         all
+    }
+
+    /// `sum_n K_n x_n^2 / 2`, of displacements or velocities counted from any state.
+    pub fn half_form(&self, x: &[f64]) -> f64 {
+        let of = |spring: &DriveSpring| 0.5 * spring.stiffness_n_per_m * x[spring.block] * x[spring.block];
+        self.springs.iter().map(of).sum()
     }
 
     /// The largest `K_n`.
@@ -280,7 +286,7 @@ impl Plan {
         self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
     }
 
-    /// Velocity of the drive point at a step, likewise; 0 from the step in which it stopped. Between the knots of its
+    /// Velocity of the drive point at a step, 0 from `hold_step` on, in which it stopped. Between the knots of its
     /// course it is linear in time, at the rate [`Course::rate`] per step.
     #[inline]
     pub fn drive_velocity_m_per_s(&self, step: u64, hold_step: u64) -> f64 {
@@ -304,7 +310,7 @@ impl Plan {
 
     /// How far the drive point moves in the step that ends as `step`, m.
     #[inline]
-    pub fn way_m(&self, step: u64, hold_step: u64) -> f64 {
+    pub fn drive_step_m(&self, step: u64, hold_step: u64) -> f64 {
         match &self.drive.course {
             _ if step > hold_step => 0.0,
             None => self.drive.velocity_m_per_s * self.grid.step_s(),
@@ -347,11 +353,8 @@ impl Plan {
         if friction.has_even_springs() {
             return Vec::new();
         }
-        friction
-            .springs_n_per_m
-            .iter()
-            .map(|spring| spring / friction.interfacial_stiffness_n_per_m)
-            .collect()
+        let kt = friction.interfacial_stiffness_n_per_m;
+        friction.springs_n_per_m.iter().map(|spring| spring / kt).collect()
     }
 
     /// Whether forces or loads follow courses over which no solver leaps: those of single contacts, and a drive by
@@ -367,21 +370,13 @@ impl Plan {
 
     /// The normal load of each contact in a step, N; of a body on a foundation, as if it rested under its load.
     pub fn loads_n(&self, step: u64, hold_step: u64) -> Vec<f64> {
-        let mut loads_n = vec![0.0; self.blocks];
-        self.follow_loads_n(step, hold_step, &mut loads_n);
-        loads_n
-    }
-
-    /// Writes the normal load of each contact in a step, likewise.
-    pub fn follow_loads_n(&self, step: u64, hold_step: u64, loads_n: &mut [f64]) {
-        match &self.contact_load_course {
-            Some(course) => course.follow(step, loads_n),
-            None => loads_n.fill(1.0),
-        }
+        let course = self.contact_load_course.as_ref();
+        let mut loads_n = course.map_or_else(|| vec![1.0; self.blocks], |course| course.values(step));
         let factor = self.load_factor(step, hold_step);
         for (load_n, at_start_n) in loads_n.iter_mut().zip(&self.normal_load_n) {
             *load_n *= factor * at_start_n;
         }
+        loads_n
     }
 
     /// The forces from outside on all blocks besides the drive in a step, N; empty for none.

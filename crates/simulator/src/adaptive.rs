@@ -21,7 +21,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::Energy;
 
-use crate::adaptive::equations::{Equations, Outside, Place, Unknowns};
+use crate::adaptive::equations::{Equations, Outside, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::energy::ledger::Sum;
 use crate::records::counters::Counters;
@@ -31,9 +31,6 @@ use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
 use crate::step::single_step::Driving;
 use crate::step::state::SliderState;
-
-/// The solver's name in run headers and on the command line.
-pub(crate) const NAME: &str = "adaptive";
 
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
 const SHORTEST_STEP_S: f64 = 1e-200;
@@ -61,10 +58,10 @@ pub(crate) struct Adaptive {
     time_s: Sum,
     step_s: f64,
     next_step_s: f64,
-    begin: Place,
-    end: Place,
-    /// The piece of the courses of drive and load in which the step is: its first grid step, and the first knot after.
-    piece: Piece,
+    begin: StepEnd,
+    end: StepEnd,
+    /// The beginning of the piece of the courses of drive and load in which the step is.
+    piece: Outside,
     /// Whether each block is above the event speed at the end of the step.
     is_above: Vec<bool>,
     /// Crossings after the last grid step, ascending.
@@ -78,45 +75,6 @@ pub(crate) struct Adaptive {
     counters: Counters,
 }
 
-/// A piece between two knots of the courses of drive and load.
-#[derive(Debug, Clone, Copy)]
-struct Piece {
-    from_step: u64,
-    from_s: f64,
-    outside: Outside,
-    /// The knot at its end, a grid step; `u64::MAX` for none.
-    until_step: u64,
-}
-
-impl Piece {
-    /// The piece that begins at a grid step.
-    fn from_step(plan: &Plan, step: u64) -> Piece {
-        let hold_step = plan.hold_step_at_start();
-        let per_s = 1.0 / plan.grid.step_s();
-        let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
-        let stop_step = if step < hold_step { hold_step } else { u64::MAX };
-        let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
-        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
-        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step, of_contacts];
-        Piece {
-            from_step: step,
-            from_s: plan.grid.time_s(step),
-            outside: Outside {
-                drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
-                drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
-                load: plan.load_factor(step, hold_step),
-                load_per_s: plan.load_course.rate(step, hold_step) * per_s,
-                since_s: 0.0,
-            },
-            until_step: knots.into_iter().min().unwrap_or(u64::MAX),
-        }
-    }
-
-    fn outside(&self, time_s: f64) -> Outside {
-        self.outside.after(time_s - self.from_s)
-    }
-}
-
 impl Adaptive {
     /// A solver at the start of a plan.
     ///
@@ -126,20 +84,20 @@ impl Adaptive {
         let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
         let equations = Equations::of(&plan, law);
         let slider = SliderState::initial(&plan);
-        let (blocks, step) = (plan.blocks, plan.initial.step);
+        let blocks = plan.blocks;
         let mut solver = Adaptive {
             rodas4: Rodas4::new(&equations, law.tolerance),
             recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
             step_s: 0.0,
             next_step_s: 0.0,
-            begin: Place::zeros(blocks),
-            end: Place::zeros(blocks),
-            piece: Piece::from_step(&plan, step),
+            begin: StepEnd::zeros(blocks),
+            end: StepEnd::zeros(blocks),
+            piece: Outside::default(),
             is_above: vec![false; blocks],
             crossings: Vec::new(),
             within: Unknowns::zeros(blocks),
-            passed: (step, 0),
+            passed: (0, 0),
             stopped: None,
             counters: Counters::default(),
             equations,
@@ -177,7 +135,7 @@ impl Adaptive {
         for (place, unknown) in within.0.iter_mut().enumerate() {
             *unknown = rodas4.within(&begin.at, share, place);
         }
-        let outside = self.piece.outside(self.plan.grid.time_s(step));
+        let outside = self.piece.at(self.plan.grid.time_s(step));
         self.equations.evaluate(&mut self.within, outside);
         share
     }
@@ -192,13 +150,13 @@ impl Adaptive {
         self.crossings.clone_from(&saved.crossings);
         self.begin.at.0.clone_from(&saved.unknowns);
         // The piece of the courses in which the step begins, which may be before the run; a step ends at a knot.
-        let mut piece = Piece::from_step(&plan, 0);
-        while piece.until_step < plan.steps && self.seconds_to(plan.grid.time_s(piece.until_step)) <= 0.0 {
-            piece = Piece::from_step(&plan, piece.until_step);
+        self.begin_piece(0);
+        while self.piece.until_step < plan.steps
+            && self.seconds_to(plan.grid.time_s(self.piece.until_step)) <= 0.0
+        {
+            self.begin_piece(self.piece.until_step);
         }
-        self.piece = piece;
-        self.equations.begin_piece(&plan, piece.from_step);
-        self.begin.prepare(&mut self.equations, piece.outside(self.time_s.value()));
+        self.begin.prepare(&mut self.equations, self.piece.at(self.time_s.value()));
         for (n, is_above) in self.is_above.iter_mut().enumerate() {
             let switches = self.crossings.iter().filter(|crossing| crossing.block as usize == n).count();
             *is_above = (self.slider.slip[n] != 0.0) != (switches % 2 == 1);
@@ -213,9 +171,15 @@ impl Adaptive {
         }
     }
 
+    /// Begins the piece of the courses at a grid step.
+    fn begin_piece(&mut self, step: u64) {
+        self.piece = Outside::from_step(&self.plan, step);
+        self.equations.begin_piece(&self.plan, step);
+    }
+
     /// Ends the step that was computed last, and takes the derivatives for the next one.
     fn close_step(&mut self) {
-        let outside = self.piece.outside(self.end_s().value());
+        let outside = self.piece.at(self.end_s().value());
         self.end.at.0.copy_from_slice(&self.rodas4.end.0);
         self.end.prepare(&mut self.equations, outside);
     }
@@ -236,8 +200,7 @@ impl Adaptive {
             let knot_s = plan.grid.time_s(self.piece.until_step);
             if self.seconds_to(knot_s) <= self.step_s {
                 end_s = Sum { total: knot_s, rest: 0.0 };
-                self.piece = Piece::from_step(&plan, self.piece.until_step);
-                self.equations.begin_piece(&plan, self.piece.from_step);
+                self.begin_piece(self.piece.until_step);
             }
         }
         self.time_s = end_s;
@@ -247,7 +210,7 @@ impl Adaptive {
         std::mem::swap(&mut self.begin, &mut self.end);
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned.
-            self.begin.prepare(&mut self.equations, self.piece.outside(end_s.value()));
+            self.begin.prepare(&mut self.equations, self.piece.at(end_s.value()));
         }
         let left_s = match self.piece.until_step {
             u64::MAX => f64::INFINITY,
@@ -388,7 +351,7 @@ impl Adaptive {
 
     /// The speed of block `n` after a share of the step.
     fn speed_within(&self, n: usize, share: f64) -> f64 {
-        let outside = self.piece.outside(self.time_s.value() + share * self.step_s);
+        let outside = self.piece.at(self.time_s.value() + share * self.step_s);
         self.equations.speed_m_per_s(n, outside, |place| self.rodas4.within(&self.begin.at, share, place))
     }
 
@@ -411,7 +374,7 @@ impl Adaptive {
             slider.friction_state[n] = state[n];
         }
         if !plan.has_given_loads() {
-            plan.follow_loads_n(step, slider.hold_step, &mut slider.normal_load_n);
+            slider.normal_load_n = plan.loads_n(step, slider.hold_step);
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();
@@ -441,7 +404,7 @@ impl Adaptive {
         let (behind_m, _, _, energies_j) = self.within.parts();
         let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = *energies_j;
         let square = |x: f64| 0.5 * x * x;
-        let bonds = u.windows(2).map(|pair| equations.stiffness_n_per_m * square(pair[1] - pair[0]));
+        let bonds = u.windows(2).map(|pair| equations.chain.stiffness_n_per_m * square(pair[1] - pair[0]));
         let springs = equations.drive_n_per_m.iter().zip(behind_m);
         let blocks = self.slider.velocity_m_per_s.iter();
         let moved = equations.prestress_n.iter().zip(u).zip(&self.plan.initial.displacement_m);
@@ -460,10 +423,6 @@ impl Adaptive {
 }
 
 impl Solver for Adaptive {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
         let steps = steps_between_looks(&self.plan) / GRID_STEPS_OF_A_STEP + 1;
         let mut left = steps;

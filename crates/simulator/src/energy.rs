@@ -45,7 +45,7 @@ pub(crate) mod ledger;
 
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
-use asperity_model::body::ends::absorbing_kg_per_s;
+use asperity_model::body::ends::{EndBond, absorbing_kg_per_s};
 use asperity_record::Energy;
 
 use crate::energy::ledger::{Ledger, Span};
@@ -98,12 +98,8 @@ impl Radiated {
     }
 }
 
-/// Heat and work of the scheme in a span, as functions of the state.
-#[derive(Debug, Clone, Copy)]
-struct Potential {
-    heat_j: f64,
-    scheme_j: f64,
-}
+/// How the bond of an end pulls in a state, or in changes of one.
+type PullOfEnd = fn(&EndBond, &[f64], &[f64]) -> f64;
 
 /// Keeps the ledger of a state.
 #[derive(Debug, Clone)]
@@ -116,7 +112,6 @@ pub(crate) struct Accounts {
     /// Whether there are dampers between blocks, or to a wall or around the end.
     has_dampers: bool,
     radiated: Radiated,
-    radiation_kg_per_s: f64,
     orders: usize,
     /// Cost of spans since [`Accounts::take_cost_steps`] was last called.
     cost_steps: u64,
@@ -170,7 +165,6 @@ impl Accounts {
             balances: keeping == Bookkeeping::Spans,
             has_dampers: chain.damping_kg_per_s > 0.0 && plan.blocks > 1,
             radiated: Radiated::of(plan, &chain),
-            radiation_kg_per_s: plan.friction.law.radiation_kg_per_s(),
             orders,
             cost_steps: 0,
             driving_n_per_m: plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum(),
@@ -235,8 +229,7 @@ impl Accounts {
             self.end(plan, state);
         }
         self.set_map(plan, state, state.step);
-        let Potential { heat_j, scheme_j } = self.potential(plan, state);
-        state.energy.span = Some(Span { from_step: state.step, heat_j, scheme_j });
+        state.energy.span = Some(self.potential(plan, state));
     }
 
     /// Closes the span that is open.
@@ -251,8 +244,8 @@ impl Accounts {
     }
 
     /// After a single step in a span: closes it if the step was the last of it.
-    pub(crate) fn pass(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
-        self.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
+    pub(crate) fn end_single_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
+        self.correct_heat(plan, &mut state.energy, &state.displacement_m, 1.0);
         if is_last || !self.map.is_directed {
             self.end(plan, state);
         }
@@ -269,12 +262,6 @@ impl Accounts {
         [before, after]: [&[f64]; 2],
     ) {
         let dt = plan.grid.step_s();
-        let driven: f64 = plan
-            .drive
-            .springs
-            .iter()
-            .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
-            .sum();
         let (mut viscous_w, mut absorbed_w, mut ends) = (work.dampers_w, 0.0, 0.0);
         for bond in &plan.end_bonds {
             *if bond.radiates { &mut absorbed_w } else { &mut viscous_w } += bond.loss_w(before, after);
@@ -282,7 +269,8 @@ impl Accounts {
         }
         let mut heat_w = work.friction_w;
         if self.radiated != Radiated::None {
-            let radiated_w = self.radiation_kg_per_s * kernels::sliding_product(slip, before, after);
+            let radiated_w =
+                plan.friction.law.radiation_kg_per_s() * kernels::sliding_product(slip, before, after);
             heat_w -= radiated_w;
             let radiated_w = radiated_w + absorbed_w;
             if !self.balances || self.radiated == Radiated::Apart {
@@ -293,14 +281,14 @@ impl Accounts {
         if !self.balances {
             ledger.viscous_loss_j.add(dt * viscous_w);
         }
-        ledger.scheme_work_j.add(work.scheme_j + dt * dt * (driven + ends));
+        ledger.scheme_work_j.add(work.scheme_j + dt * dt * (plan.drive.half_form(after) + ends));
     }
 
     /// Adds the work of the drive point in a single step, from its pull along its way.
     #[inline]
-    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, way_m: f64) {
-        if way_m != 0.0 {
-            ledger.drive_work_j.add(way_m * (along_n - 0.5 * way_m * self.driving_n_per_m));
+    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moved_m: f64) {
+        if moved_m != 0.0 {
+            ledger.drive_work_j.add(moved_m * (along_n - 0.5 * moved_m * self.driving_n_per_m));
         }
     }
 
@@ -336,8 +324,8 @@ impl Accounts {
 
     /// Corrects the heat for the change of the load in each step. `displacement_m` is the sum of
     /// displacements after each step.
-    pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
-        if self.fades() {
+    pub(crate) fn correct_heat(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
+        if self.corrects_heat() {
             let friction_n = &plan.friction.dynamic_friction_n;
             let way_j = kernels::directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
@@ -346,7 +334,7 @@ impl Accounts {
 
     /// Whether heat needs the sum of displacements over all steps: contacts slide while the load
     /// changes.
-    pub(crate) fn fades(&self) -> bool {
+    pub(crate) fn corrects_heat(&self) -> bool {
         self.map.slides && !self.map.ramp.is_flat()
     }
 
@@ -364,7 +352,11 @@ impl Accounts {
             drive_work_j: ledger.drive_work_j.value(),
             prestress_work_j: match plan.prestress_course {
                 Some(_) => ledger.load_work_j.value(),
-                None => prestress_work_j(plan, &state.displacement_m),
+                None => {
+                    let ways = state.displacement_m.iter().zip(&plan.initial.displacement_m);
+                    let parts = plan.prestress_n.iter().zip(ways);
+                    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
+                }
             },
             friction_heat_j: heat_j,
             anchor_change_j: ledger.anchor_change_j.value(),
@@ -452,9 +444,9 @@ impl Accounts {
     }
 
     /// The functions of the state whose differences over the span are heat and scheme work.
-    fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
+    fn potential(&mut self, plan: &Plan, state: &SliderState) -> Span {
         let Accounts { chain, map, force_n, zeros, now, next, orders, .. } = self;
-        let radiation = self.radiation_kg_per_s;
+        let radiation = plan.friction.law.radiation_kg_per_s();
         let radiated_w = |v: &[f64], sigma: &[f64]| match radiation > 0.0 {
             true => radiation * kernels::sliding_product(sigma, v, v),
             false => 0.0,
@@ -479,18 +471,32 @@ impl Accounts {
                 plan.drive_point_m(state.step + 1, hold_step)
             }
         };
-        kernels::pull(force_n, u, v, chain);
-        for spring in &plan.drive.springs {
-            force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_n(u, v), force_n);
-        }
+        let pull = |force_n: &mut [f64], u: &[f64], v: &[f64], point_m: f64, of_end: PullOfEnd| {
+            kernels::pull(force_n, u, v, chain);
+            for spring in &plan.drive.springs {
+                force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+            }
+            for bond in &plan.end_bonds {
+                bond.add(of_end(bond, u, v), force_n);
+            }
+        };
+        let difference = |force_n: &mut [f64], held: &Held<'_>, [d_u, d_v]: [&mut Vec<f64>; 2]| {
+            if radiation > 0.0 {
+                kernels::radiate(force_n, held.v, held.sigma, radiation);
+            }
+            kernels::first_difference(d_u, d_v, force_n, held);
+            if rigid {
+                // Stuck contacts do not move by the laws without friction springs.
+                for (sigma, (d_u, d_v)) in held.sigma.iter().zip(d_u.iter_mut().zip(d_v)) {
+                    if *sigma == 0.0 {
+                        (*d_u, *d_v) = (0.0, 0.0);
+                    }
+                }
+            }
+        };
+        pull(force_n, u, v, point_m, EndBond::pull_n);
         for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
             *force += prestress;
-        }
-        if radiation > 0.0 {
-            kernels::radiate(force_n, v, &map.sigma, radiation);
         }
         let held = Held {
             u,
@@ -503,10 +509,7 @@ impl Accounts {
             dt_over_m,
         };
         let [d_u, d_v] = now;
-        kernels::first_difference(d_u, d_v, force_n, &held);
-        if rigid {
-            hold_stuck(&map.sigma, [d_u, d_v]);
-        }
+        difference(force_n, &held, [d_u, d_v]);
         // `g x`.
         let steady_j = |x: &[f64]| {
             let drive: f64 = plan
@@ -528,38 +531,21 @@ impl Accounts {
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            kernels::pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
-            for spring in &plan.drive.springs {
-                force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
-            }
-            for bond in &plan.end_bonds {
-                bond.add(bond.pull_of_changes(d_u, d_v), force_n);
-            }
+            pull(force_n, d_u, d_v, advance_m, EndBond::pull_of_changes);
             if order == 1 && map.slides && !map.ramp.is_flat() {
                 for ((force, friction), sigma) in force_n.iter_mut().zip(friction_n).zip(&map.sigma) {
                     *force -= map.ramp.change_n(*friction) * sigma;
                 }
             }
-            if radiation > 0.0 {
-                kernels::radiate(force_n, d_v, &map.sigma, radiation);
-            }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
-            kernels::first_difference(next_u, next_v, force_n, &held);
-            if rigid {
-                hold_stuck(&map.sigma, [next_u, next_v]);
-            }
+            difference(force_n, &held, [next_u, next_v]);
             let Forms { square, mixed, loss, elastic: strain_j } =
                 kernels::forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let loss = loss + radiated_w(d_v, &map.sigma) + at_ends_w(d_v);
             let strain_j = strain_j + plan.end_bonds.iter().map(|bond| bond.half_form(d_u)).sum::<f64>();
-            let drive_j: f64 = plan
-                .drive
-                .springs
-                .iter()
-                .map(|spring| 0.5 * spring.stiffness_n_per_m * d_u[spring.block] * d_u[spring.block])
-                .sum();
+            let drive_j = plan.drive.half_form(d_u);
             let steady = if order == 1 { steady_j(d_u) } else { 0.0 };
             scheme_j -=
                 share * (steady - 0.5 * mass * (square + mixed) - strain_j - drive_j - 0.75 * dt * loss);
@@ -570,15 +556,8 @@ impl Accounts {
             true => load.scaled_n(kernels::directed(&map.sigma, friction_n, u)),
             false => 0.0,
         };
-        Potential { heat_j, scheme_j }
+        Span { from_step: state.step, heat_j, scheme_j }
     }
-}
-
-/// Work of the prestress up to a state.
-fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
-    let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
-    let parts = plan.prestress_n.iter().zip(ways);
-    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
 }
 
 /// Stops stuck contacts, for the laws without friction springs.

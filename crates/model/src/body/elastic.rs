@@ -59,15 +59,15 @@ impl Lattice {
     /// The speed of long longitudinal waves along the sliding direction relative to that of shear waves;
     /// `None` where there are no shear waves.
     pub fn longitudinal_over_shear(&self) -> Option<f64> {
-        let waves = self.table.long_waves();
-        waves.shear.map(|shear| (waves.longitudinal / shear).sqrt())
+        let (longitudinal, shear) = self.table.long_waves();
+        shear.map(|shear| (longitudinal / shear).sqrt())
     }
 
     /// The stiffness `s` of the slowest long waves along the sliding direction, `c = a sqrt(s / m)`: of a
     /// chain `k`, of others that of shear waves.
     pub fn slowest_wave_n_per_m(&self) -> f64 {
-        let waves = self.table.long_waves();
-        waves.shear.unwrap_or(waves.longitudinal) * self.stiffness_n_per_m
+        let (longitudinal, shear) = self.table.long_waves();
+        shear.unwrap_or(longitudinal) * self.stiffness_n_per_m
     }
 
     /// The chain, if it is one.
@@ -154,7 +154,7 @@ impl Chain {
 
     /// The pull on all nodes,
     /// `k ((u_{n+1} - 2 u_n) + u_{n-1}) + eta ((v_{n+1} - 2 v_n) + v_{n-1})`, at the ends
-    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and likewise: (5.6), (5.7). None on a single node.
+    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and its mirror image: (5.6), (5.7). None on a single node.
     #[inline(always)]
     pub fn pull(&self, tau: &mut [f64], u: &[f64], v: &[f64]) {
         if let [tau] = tau {
@@ -190,15 +190,8 @@ impl Chain {
         for n in 0..nodes {
             strain[n + 1] = self.strain(u[n], v[n]);
         }
-        Chain::free_ends(strain);
-    }
-
-    /// Repeats the strains of the first and the last node beyond the ends, which makes the ends free.
-    #[inline(always)]
-    fn free_ends(strain: &mut [f64]) {
-        let beyond = strain.len() - 1;
         strain[0] = strain[1];
-        strain[beyond] = strain[beyond - 1];
+        strain[nodes + 1] = strain[nodes];
     }
 
     /// The pull on a node from its strain and those beside it, `(right + left) - 2 here`.

@@ -21,7 +21,7 @@ use crate::body::elastic::second_difference;
 use cube::Cube;
 use plane::Plane;
 use table::Loops;
-pub use table::{BLOCK, BondKind, CHAIN, LongWaves, Offset, RowOf, SHEET, SLAB, Table};
+pub use table::{BLOCK, BondKind, CHAIN, Offset, RowOf, SHEET, SLAB, Table};
 
 /// The types of displacements and velocities: doubles, pairs of them, complex numbers. The default is
 /// zero.
@@ -49,22 +49,6 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A plane that rests on its bottom row, with springs of 1 N/m, no damping and no foundation.
-    pub const fn slab(columns: usize, rows: usize) -> Lattice {
-        Lattice::of(&SLAB, [columns, 1, rows])
-    }
-
-    /// A plane all of whose nodes rub, with springs of 1 N/m, no damping and no foundation.
-    pub const fn sheet(columns: usize, lanes: usize) -> Lattice {
-        Lattice::of(&SHEET, [columns, lanes, 1])
-    }
-
-    /// A cubic lattice that rests on its bottom row, with springs of 1 N/m, no damping and no
-    /// foundation.
-    pub const fn block(columns: usize, lanes: usize, rows: usize) -> Lattice {
-        Lattice::of(&BLOCK, [columns, lanes, rows])
-    }
-
     /// A lattice with this table, with springs of 1 N/m, no damping and no foundation.
     pub const fn of(table: &'static Table, [columns, lanes, rows]: [usize; 3]) -> Lattice {
         Lattice {
@@ -150,14 +134,6 @@ impl Lattice {
         let (lattice, place) = (*self, self.place(node));
         let around = lattice.table.around();
         around.filter_map(move |(offset, kind)| Some((lattice.at(place, offset)?, offset, kind)))
-    }
-
-    /// The contacts bonded to a contact, in ascending order.
-    pub fn neighbours_of_contact(&self, contact: usize) -> Vec<usize> {
-        let joined = self.bonds_of(contact).map(|(node, ..)| node);
-        let mut neighbours: Vec<usize> = joined.filter(|node| *node < self.contacts()).collect();
-        neighbours.sort_unstable();
-        neighbours
     }
 
     /// The force of the foundation on a node of the bottom row, `p = -k_f u_z`, or 0 where the node has

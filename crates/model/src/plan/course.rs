@@ -108,17 +108,15 @@ impl ContactCourse {
         (!steps.is_empty()).then(|| ContactCourse { knots: steps.into_iter().zip(values).collect() })
     }
 
-    /// Writes the values of all contacts in a step.
-    pub fn follow(&self, step: u64, values: &mut [f64]) {
+    /// The values of all contacts in a step.
+    pub fn values(&self, step: u64) -> Vec<f64> {
         let behind = self.knots.partition_point(|(knot, _)| *knot <= step);
         let (from, start) = &self.knots[behind.saturating_sub(1)];
         match self.knots.get(behind).filter(|_| behind > 0) {
-            None => values.copy_from_slice(start),
+            None => start.clone(),
             Some((to, end)) => {
                 let share = (step - from) as f64 / (to - from) as f64;
-                for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
-                    *value = start + (end - start) * share;
-                }
+                start.iter().zip(end).map(|(start, end)| start + (end - start) * share).collect()
             }
         }
     }
@@ -141,13 +139,6 @@ impl ContactCourse {
             }
         }
     }
-
-    /// The values of all contacts in a step.
-    pub fn values(&self, step: u64) -> Vec<f64> {
-        let mut values = vec![0.0; self.knots[0].1.len()];
-        self.follow(step, &mut values);
-        values
-    }
 }
 
 /// The values of a course of all contacts, time by time: of each contact, or one for all.
@@ -157,11 +148,10 @@ pub(crate) fn by_contact<'a>(
     contacts: usize,
 ) -> impl Iterator<Item = Vec<f64>> + use<'a> {
     let per_time = if times.is_empty() { 1 } else { (values.len() / times.len()).max(1) };
-    let all = move |values: &[f64]| match values {
+    values.chunks(per_time).map(move |values| match values {
         [value] => vec![*value; contacts],
         values => values.to_vec(),
-    };
-    values.chunks(per_time).map(all)
+    })
 }
 
 #[cfg(test)]

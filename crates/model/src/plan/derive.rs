@@ -7,6 +7,7 @@ use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course, by_contact};
 use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::initial;
+use crate::plan::initial_state::InitialState;
 use crate::plan::load;
 use crate::plan::slab;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
@@ -67,8 +68,16 @@ impl Plan {
         }
         let mut initial = match displacement_at_rest_m {
             Some(displacement_m) => {
-                let anchors = springs.elastic.tangential_axes() * blocks;
-                slab::at_rest(displacement_m, anchors, &mut drive)
+                // Its driving springs are relaxed there.
+                for spring in &mut drive.springs {
+                    spring.rest_m = displacement_m[spring.block];
+                }
+                InitialState {
+                    velocity_m_per_s: vec![0.0; displacement_m.len()],
+                    stick_position_m: vec![0.0; springs.elastic.tangential_axes() * blocks],
+                    displacement_m,
+                    ..InitialState::default()
+                }
             }
             None => initial::state(
                 scenario,
@@ -82,7 +91,11 @@ impl Plan {
         };
         let law = scenario.contact_law();
         let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
-        initial::anchor_junctions(&mut initial, &contact_stiffness_n_per_m, kt);
+        // Mean anchors of junctions, found for friction springs, where contacts of these stiffnesses hold the same forces.
+        let anchors = initial.stick_position_m.iter_mut().zip(&initial.displacement_m);
+        for ((anchor, u), stiffness) in anchors.zip(&contact_stiffness_n_per_m) {
+            *anchor = u - kt / stiffness * (u - *anchor);
+        }
         let end_bonds = springs.end_bonds(scenario, &initial.displacement_m);
         let mut plan = Plan {
             blocks,
@@ -123,7 +136,7 @@ impl Plan {
             drive,
             normal_load_n,
             grid,
-            longest_stable_step_s: longest_stable_step_s(scenario),
+            longest_stable_step_s: scenario.longest_stable_step_s(),
             steps: steps(scenario.time.duration_s),
             scales: springs.scales(scenario),
             recording: RecordingPlan {
@@ -188,17 +201,16 @@ fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> 
             .map(|(block, stiffness)| spring(top_row + block, stiffness, 1.0))
             .collect(),
     };
+    let knots = || drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
     Drive {
         springs,
         velocity_m_per_s: drive.velocity_m_per_s,
         force_n: (drive.kind == DriveKind::Force).then(|| {
-            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
-            Course::new(drive.course_n.first().copied().unwrap_or(0.0), knots, drive.course_n.clone(), false)
+            let at_start_n = drive.course_n.first().copied().unwrap_or(0.0);
+            Course::new(at_start_n, knots(), drive.course_n.clone(), false)
         }),
-        course: (!drive.course_m_per_s.is_empty()).then(|| {
-            let knots = drive.course_s.iter().map(|time_s| steps(*time_s)).collect();
-            Course::new(drive.velocity_m_per_s, knots, drive.course_m_per_s.clone(), false)
-        }),
+        course: (!drive.course_m_per_s.is_empty())
+            .then(|| Course::new(drive.velocity_m_per_s, knots(), drive.course_m_per_s.clone(), false)),
         offset_m: 0.0,
         hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
         until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
@@ -328,17 +340,17 @@ impl Springs {
     fn pressed(&self, top_load_n: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         self.elastic.has_foundation().then(|| {
             let lattice = &self.elastic;
-            let u = slab::displacements_at_rest_m(lattice, self.interfacial_stiffness_n_per_m, top_load_n);
+            let force_n = slab::pressed_n(lattice, top_load_n);
+            let u = slab::stuck_m(lattice, self.interfacial_stiffness_n_per_m, &[], force_n);
             (slab::normal_load_n(lattice, &u), u)
         })
     }
 
     /// The bonds at the ends, relaxed at these displacements.
     fn end_bonds(&self, scenario: &Scenario, displacement_m: &[f64]) -> Vec<EndBond> {
-        let ends = [scenario.slider.left_end, scenario.slider.right_end];
-        self.elastic
-            .as_chain()
-            .map_or_else(Vec::new, |chain| EndBond::of(ends, &chain, self.block_mass_kg, displacement_m))
+        self.elastic.as_chain().map_or_else(Vec::new, |chain| {
+            EndBond::of(scenario.ends(), &chain, self.block_mass_kg, displacement_m)
+        })
     }
 
     fn scales(&self, scenario: &Scenario) -> Scales {
@@ -376,14 +388,17 @@ impl Scenario {
 
     /// Whether sliding contacts or the ends of a chain radiate.
     pub fn radiates(&self) -> bool {
-        let ends = [self.slider.left_end, self.slider.right_end];
-        self.contact_law().radiation_kg_per_s() > 0.0 || ends.contains(&End::Absorbing)
+        self.contact_law().radiation_kg_per_s() > 0.0 || self.ends().contains(&End::Absorbing)
     }
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
-        let ends = [self.slider.left_end, self.slider.right_end];
-        self.elastic().has_theory() && ends == [End::Free; 2]
+        self.elastic().has_theory() && self.ends() == [End::Free; 2]
+    }
+
+    /// What the first and the last block of a chain are joined to.
+    fn ends(&self) -> [End; 2] {
+        [self.slider.left_end, self.slider.right_end]
     }
 
     /// Whether contacts have a state, by rate-and-state friction.
@@ -404,7 +419,32 @@ impl Scenario {
     /// The time step above which the scheme is unstable for this slider while no block switches; infinite by
     /// rate-and-state, whose solver chooses its steps.
     pub fn longest_stable_step_s(&self) -> f64 {
-        longest_stable_step_s(self)
+        let springs = Springs::of(self);
+        let stiffest_drive = match self.drive.kind {
+            DriveKind::Top => top_stiffness_n_per_m(self).into_iter().fold(0.0, f64::max),
+            DriveKind::Side => side_stiffness_n_per_m(self),
+            DriveKind::LeftRight => self.drive.stiffness_n_per_m,
+            DriveKind::Force => 0.0,
+        };
+        let law = self.contact_law();
+        if !law.word().sticks() {
+            return f64::INFINITY;
+        }
+        let kt = springs.springs_n_per_m(self).into_iter().fold(0.0, f64::max);
+        let stiffest_contact = law.junctions().map_or(kt, |_| {
+            let pressed_n = pressed_n(self);
+            let normal_load_n =
+                springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
+            contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
+        });
+        // Where bonds are relaxed does not matter. Those between blocks include the bounds of clamped and joined ends.
+        let at_ends = springs.end_bonds(self, &vec![0.0; springs.elastic.nodes()]);
+        springs.elastic.longest_stable_step_s(
+            springs.block_mass_kg,
+            stiffest_contact,
+            stiffest_drive,
+            law.damping_kg_per_s() + absorbing_kg_per_s(&at_ends),
+        )
     }
 }
 
@@ -418,35 +458,6 @@ impl Plan {
     pub fn step_share(&self) -> f64 {
         self.grid.step_s() / self.longest_stable_step_s
     }
-}
-
-/// The time step above which the scheme is unstable for a scenario's slider; infinite if it takes no such steps.
-pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
-    let springs = Springs::of(scenario);
-    let stiffest_drive = match scenario.drive.kind {
-        DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
-        DriveKind::Side => side_stiffness_n_per_m(scenario),
-        DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
-        DriveKind::Force => 0.0,
-    };
-    let law = scenario.contact_law();
-    if !law.word().sticks() {
-        return f64::INFINITY;
-    }
-    let kt = springs.springs_n_per_m(scenario).into_iter().fold(0.0, f64::max);
-    let stiffest_contact = law.junctions().map_or(kt, |_| {
-        let pressed_n = pressed_n(scenario);
-        let normal_load_n = springs.pressed(&pressed_n).map_or(pressed_n, |(normal_load_n, _)| normal_load_n);
-        contact_stiffness_n_per_m(law, &normal_load_n).into_iter().fold(kt, f64::max)
-    });
-    // Where bonds are relaxed does not matter. Those between blocks include the bounds of clamped and joined ends.
-    let at_ends = springs.end_bonds(scenario, &vec![0.0; springs.elastic.nodes()]);
-    springs.elastic.longest_stable_step_s(
-        springs.block_mass_kg,
-        stiffest_contact,
-        stiffest_drive,
-        law.damping_kg_per_s() + absorbing_kg_per_s(&at_ends),
-    )
 }
 
 /// `N_s k_n` of each contact, from its normal load at rest; empty by laws without junctions.

@@ -9,6 +9,7 @@
 use crate::plan::splitmix::mixed;
 use crate::scenario::Scenario;
 use crate::scenario::choices::Distribution;
+use crate::scenario::keys::Disorder;
 
 /// Static coefficient of a block that never slides.
 const STUCK_COEFFICIENT: f64 = 1e6;
@@ -31,54 +32,46 @@ impl Quantity {
     pub(crate) const ALL: [Quantity; 4] =
         [Quantity::Static, Quantity::Dynamic, Quantity::Stiffness, Quantity::Load];
 
+    /// The keys of the spread and of the list.
+    fn keys(self) -> [&'static str; 2] {
+        match self {
+            Quantity::Static => ["friction.static_spread", "friction.static_offsets"],
+            Quantity::Dynamic => ["friction.dynamic_spread", "friction.dynamic_offsets"],
+            Quantity::Stiffness => ["disorder.stiffness_spread", "disorder.stiffness_offsets"],
+            Quantity::Load => ["disorder.load_spread", "disorder.load_offsets"],
+        }
+    }
+
     /// The key of the spread.
     pub(crate) fn spread_key(self) -> &'static str {
-        match self {
-            Quantity::Static => "friction.static_spread",
-            Quantity::Dynamic => "friction.dynamic_spread",
-            Quantity::Stiffness => "disorder.stiffness_spread",
-            Quantity::Load => "disorder.load_spread",
-        }
+        self.keys()[0]
     }
 
     /// The key of the list.
     pub(crate) fn offsets_key(self) -> &'static str {
+        self.keys()[1]
+    }
+
+    /// The spread and the offsets that a scenario gives, and the value without them.
+    fn given(self, scenario: &Scenario) -> (f64, &[f64], f64) {
+        let (friction, disorder, [mu_s, mu_d]) =
+            (&scenario.friction, &scenario.disorder, scenario.mean_coefficients());
         match self {
-            Quantity::Static => "friction.static_offsets",
-            Quantity::Dynamic => "friction.dynamic_offsets",
-            Quantity::Stiffness => "disorder.stiffness_offsets",
-            Quantity::Load => "disorder.load_offsets",
+            Quantity::Static => (friction.static_spread, &friction.static_offsets, mu_s),
+            Quantity::Dynamic => (friction.dynamic_spread, &friction.dynamic_offsets, mu_d),
+            Quantity::Stiffness => (disorder.stiffness_spread, &disorder.stiffness_offsets, 1.0),
+            Quantity::Load => (disorder.load_spread, &disorder.load_offsets, 1.0),
         }
     }
 
     /// The spread that a scenario gives.
     pub(crate) fn spread(self, scenario: &Scenario) -> f64 {
-        match self {
-            Quantity::Static => scenario.friction.static_spread,
-            Quantity::Dynamic => scenario.friction.dynamic_spread,
-            Quantity::Stiffness => scenario.disorder.stiffness_spread,
-            Quantity::Load => scenario.disorder.load_spread,
-        }
+        self.given(scenario).0
     }
 
     /// The offsets that a scenario lists.
     pub(crate) fn offsets(self, scenario: &Scenario) -> &[f64] {
-        match self {
-            Quantity::Static => &scenario.friction.static_offsets,
-            Quantity::Dynamic => &scenario.friction.dynamic_offsets,
-            Quantity::Stiffness => &scenario.disorder.stiffness_offsets,
-            Quantity::Load => &scenario.disorder.load_offsets,
-        }
-    }
-
-    /// The value without offsets.
-    fn mean(self, scenario: &Scenario) -> f64 {
-        let [mu_s, mu_d] = scenario.mean_coefficients();
-        match self {
-            Quantity::Static => mu_s,
-            Quantity::Dynamic => mu_d,
-            Quantity::Stiffness | Quantity::Load => 1.0,
-        }
+        self.given(scenario).1
     }
 
     /// Whether it is the same at all contacts.
@@ -88,29 +81,27 @@ impl Quantity {
 
     /// The value at every contact.
     pub(crate) fn values(self, scenario: &Scenario) -> Vec<f64> {
-        let (mean, listed, drawn) = (self.mean(scenario), self.offsets(scenario), self.drawn(scenario));
+        let ((_, listed, mean), drawn) = (self.given(scenario), self.drawn(scenario));
         let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(0.0);
         (0..scenario.slider.contacts() as usize).map(|n| mean + at(listed, n) + at(&drawn, n)).collect()
     }
 
     /// What is drawn for every contact; empty without a spread.
     pub(crate) fn drawn(self, scenario: &Scenario) -> Vec<f64> {
-        let spread = self.spread(scenario);
+        let (spread, _, mean) = self.given(scenario);
         if spread == 0.0 {
             return Vec::new();
         }
-        let numbers = Numbers { seed: u64::from(scenario.friction.spread_seed), stream: self as u64 };
+        let numbers = Draws { seed: u64::from(scenario.friction.spread_seed), stream: self as u64 };
         let disorder = &scenario.disorder;
-        let quantile = Quantile {
-            distribution: disorder.distribution,
-            mean: self.mean(scenario),
-            spread,
-            weibull_modulus: disorder.weibull_modulus,
-            asperity_share: disorder.asperity_share,
-        };
+        let offset = |drawn: Drawn| drawn.offset(disorder, mean, spread);
         let contacts = u64::from(scenario.slider.contacts());
         if disorder.correlation_length_m == 0.0 {
-            return (0..contacts).map(|n| quantile.at(&numbers.alone(n, disorder.distribution))).collect();
+            let is_normal = matches!(disorder.distribution, Distribution::Normal | Distribution::Lognormal);
+            let drawn = |n| {
+                if is_normal { Drawn::Gaussian(numbers.gaussian(n)) } else { Drawn::Even(numbers.even(n)) }
+            };
+            return (0..contacts).map(|n| offset(drawn(n))).collect();
         }
         let follows = libm::exp(-scenario.slider.spacing_m() / disorder.correlation_length_m);
         let columns = scenario.slider.blocks as usize;
@@ -125,7 +116,7 @@ impl Quantity {
         for n in columns..sequence.len() {
             sequence[n] = follows * sequence[n - columns] + rest * sequence[n];
         }
-        sequence.into_iter().map(|g| quantile.at(&Drawn::Gaussian(g))).collect()
+        sequence.into_iter().map(|g| offset(Drawn::Gaussian(g))).collect()
     }
 }
 
@@ -148,12 +139,12 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// The stream of pseudo-random numbers of a quantity.
-struct Numbers {
+struct Draws {
     seed: u64,
     stream: u64,
 }
 
-impl Numbers {
+impl Draws {
     /// A number from -1 to 1: SplitMix64's output function of seed, stream and contact. There are fewer than 2^29
     /// contacts.
     fn even(&self, contact: u64) -> f64 {
@@ -169,16 +160,6 @@ impl Numbers {
         // Above 0, where the logarithm is finite.
         let size = 0.5 * (size + 1.0) + 0.25 * f64::EPSILON;
         (-2.0 * libm::log(size)).sqrt() * libm::cos(std::f64::consts::PI * angle)
-    }
-
-    /// Of a contact that does not depend on its neighbours.
-    fn alone(&self, contact: u64, distribution: Distribution) -> Drawn {
-        match distribution {
-            Distribution::Normal | Distribution::Lognormal => Drawn::Gaussian(self.gaussian(contact)),
-            Distribution::Uniform | Distribution::Weibull | Distribution::TwoValued => {
-                Drawn::Even(self.even(contact))
-            }
-        }
     }
 }
 
@@ -214,42 +195,26 @@ impl Drawn {
             Drawn::Gaussian(g) => *g,
         }
     }
-}
 
-/// The quantile of a distribution, as an offset from the mean.
-struct Quantile {
-    distribution: Distribution,
-    mean: f64,
-    /// Half the width of `uniform`, half the distance of the values of `two-valued`, of others the standard
-    /// deviation.
-    spread: f64,
-    weibull_modulus: f64,
-    asperity_share: f64,
-}
-
-impl Quantile {
-    fn at(&self, drawn: &Drawn) -> f64 {
-        let &Quantile { mean, spread, weibull_modulus, asperity_share, .. } = self;
-        match self.distribution {
-            Distribution::Uniform => spread * drawn.even(),
-            Distribution::Normal => spread * drawn.gaussian(),
+    /// As a quantile of a distribution, an offset from the mean. The spread is half the width of `uniform`, half the
+    /// distance of the values of `two-valued`, of others the standard deviation.
+    fn offset(&self, disorder: &Disorder, mean: f64, spread: f64) -> f64 {
+        match disorder.distribution {
+            Distribution::Uniform => spread * self.even(),
+            Distribution::Normal => spread * self.gaussian(),
             Distribution::Lognormal => {
                 let ratio = spread / mean;
                 let variance = libm::log1p(ratio * ratio);
-                mean * libm::expm1(variance.sqrt() * drawn.gaussian() - 0.5 * variance)
+                mean * libm::expm1(variance.sqrt() * self.gaussian() - 0.5 * variance)
             }
             Distribution::Weibull => {
-                let [first, second] = [1.0, 2.0].map(|order| libm::tgamma(1.0 + order / weibull_modulus));
-                let value = libm::pow(-libm::log(drawn.above()), 1.0 / weibull_modulus);
+                let modulus = disorder.weibull_modulus;
+                let [first, second] = [1.0, 2.0].map(|order| libm::tgamma(1.0 + order / modulus));
+                let value = libm::pow(-libm::log(self.above()), 1.0 / modulus);
                 spread * ((value - first) / (second - first * first).sqrt())
             }
-            Distribution::TwoValued => {
-                if drawn.above() < asperity_share {
-                    spread
-                } else {
-                    -spread
-                }
-            }
+            Distribution::TwoValued if self.above() < disorder.asperity_share => spread,
+            Distribution::TwoValued => -spread,
         }
     }
 }

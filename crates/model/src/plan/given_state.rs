@@ -1,8 +1,6 @@
 //! States at the start that a scenario gives: the rules of `[initial]`, tables and logs, and whether a state can be one
 //! of the slider.
 
-use std::fmt::{self, Write};
-
 use asperity_record::MOST_STEPS;
 
 use crate::plan::initial::given;
@@ -59,16 +57,6 @@ impl Scenario {
     }
 }
 
-/// Hashes what is written.
-struct Hashing(blake3::Hasher);
-
-impl Write for Hashing {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.0.update(text.as_bytes());
-        Ok(())
-    }
-}
-
 impl Plan {
     /// A BLAKE3 hash, hexadecimal, of what moves the slider: the plan without its start, its end, and what is recorded.
     /// Only within one version of the program are equal plans sure to have equal hashes.
@@ -83,10 +71,8 @@ impl Plan {
         motion.drive.offset_m = 0.0;
         motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
         motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
-        let mut hashing = Hashing(blake3::Hasher::new());
         // Numbers are written so that other bits give another text.
-        write!(hashing, "{motion:?}").expect("a hash takes any text");
-        hashing.0.finalize().to_hex().to_string()
+        blake3::hash(format!("{motion:?}").as_bytes()).to_hex().to_string()
     }
 }
 
@@ -98,27 +84,18 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     let of_log = !initial.from.is_empty() || !initial.state.is_empty();
     if !initial.is_given() {
         if initial.at_s != 0.0 {
+            let problem = format!("{} is the time of a state, and none is given", initial.at_s);
             let accepted = "0, or a state in initial.from, initial.state_csv or initial.displacement_m";
-            refuse(
-                "initial.at_s",
-                format!("{} is the time of a state, and none is given", initial.at_s),
-                accepted,
-            );
+            refuse("initial.at_s", problem, accepted);
         }
         return refused;
     }
     if of_log {
-        for (key, is_there) in [
-            ("initial.state_csv", !initial.state_csv.is_empty()),
-            ("initial.displacement_m", initial.has_lists()),
-        ] {
-            if is_there {
-                refuse(
-                    key,
-                    "the state is that of a log already".to_owned(),
-                    "none, or no initial.from and initial.state",
-                );
-            }
+        let is_table = !initial.state_csv.is_empty();
+        let others = [("initial.state_csv", is_table), ("initial.displacement_m", initial.has_lists())];
+        for (key, _) in others.into_iter().filter(|(_, is_there)| *is_there) {
+            let accepted = "none, or no initial.from and initial.state";
+            refuse(key, "the state is that of a log already".to_owned(), accepted);
         }
         return refused;
     }
@@ -130,33 +107,22 @@ pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
     }
     if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
         let law = scenario.friction.law.word();
-        refuse(
-            key,
-            format!("contacts with friction.law = {law:?} have more state than these columns"),
-            lists,
-        );
+        let problem = format!("contacts with friction.law = {law:?} have more state than these columns");
+        refuse(key, problem, lists);
     }
     if initial.has_lists() && initial.displacement_m.is_empty() {
-        refuse(
-            "initial.displacement_m",
-            "none, beside other lists of a state".to_owned(),
-            "one for each block",
-        );
+        let problem = "none, beside other lists of a state".to_owned();
+        refuse("initial.displacement_m", problem, "one for each block");
     }
+    let sliding = &initial.sliding_blocks;
     let is_next = |at: usize| {
-        let (block, before) =
-            (initial.sliding_blocks[at], at.checked_sub(1).map(|at| initial.sliding_blocks[at]));
-        block.fract() == 0.0
-            && block <= f64::from(slider.blocks)
-            && before.is_none_or(|before| before < block)
+        let (block, ascends) = (sliding[at], at == 0 || sliding[at - 1] < sliding[at]);
+        block.fract() == 0.0 && block <= f64::from(slider.blocks) && ascends
     };
-    if let Some(at) = (0..initial.sliding_blocks.len()).find(|at| !is_next(*at)) {
-        let problem = format!("entry {} is {}", at + 1, initial.sliding_blocks[at]);
-        refuse(
-            "initial.sliding_blocks",
-            problem,
-            &format!("ascending whole numbers from 1 to {}", slider.blocks),
-        );
+    if let Some(at) = (0..sliding.len()).find(|at| !is_next(*at)) {
+        let problem = format!("entry {} is {}", at + 1, sliding[at]);
+        let accepted = format!("ascending whole numbers from 1 to {}", slider.blocks);
+        refuse("initial.sliding_blocks", problem, &accepted);
     }
     refused
 }
@@ -305,7 +271,7 @@ fn fits(given: &InitialState, plan: &Plan) -> Result<(), String> {
     }
     match (plan.friction.law.junctions(), &carried.junctions) {
         (None, None) => Ok(()),
-        (Some(law), Some(junctions)) if junctions_fit(junctions, blocks * law.count, given.step) => Ok(()),
+        (Some(law), Some(junctions)) if junctions.fits(blocks * law.count, given.step) => Ok(()),
         _ => Err("its junctions are not those of the law".to_owned()),
     }
 }
@@ -325,36 +291,44 @@ fn solver_fits(given: &InitialState, plan: &Plan, carried: &Carried, solver: &Ca
         && solver.tangential_force_n.len() == forces
         && solver.aged_threshold_n.len() == if ages { blocks } else { 0 }
         && solver.adaptive.is_some() == plan.friction.law.rate_and_state().is_some()
-        && solver.adaptive.iter().all(|(speed, step)| *speed >= 0.0 && step_fits(step, plan, given.step))
+        && solver.adaptive.iter().all(|(speed, step)| *speed >= 0.0 && step.fits(plan, given.step))
 }
 
-fn junctions_fit(junctions: &CarriedJunctions, count: usize, step: u64) -> bool {
-    let [[broken, pinned], [broken_before, pinned_before]] = junctions.totals;
-    let breaks = junctions.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
-    let slipping = junctions.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
-    [junctions.anchor_m.len(), junctions.slips_until_step.len(), junctions.breaks.len()] == [count; 3]
-        && junctions.breaks.iter().all(|breaks| *breaks <= step)
-        && junctions.slips_until_step.iter().all(|until| *until == 0 || *until > step)
-        && breaks == Some(broken)
-        && pinned.checked_add(slipping) == breaks
-        && broken_before <= broken
-        && pinned_before <= pinned
-        && broken_before.checked_sub(pinned_before).is_some_and(|slipping| slipping <= count as u64)
+impl CarriedJunctions {
+    /// Whether they can be `count` junctions after a step.
+    pub fn fits(&self, count: usize, step: u64) -> bool {
+        let [[broken, pinned], [broken_before, pinned_before]] = self.totals;
+        let breaks = self.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
+        let slipping = self.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
+        [self.anchor_m.len(), self.slips_until_step.len(), self.breaks.len()] == [count; 3]
+            && self.breaks.iter().all(|breaks| *breaks <= step)
+            && breaks == Some(broken)
+            && pinned.checked_add(slipping) == breaks
+            && broken_before <= broken
+            && pinned_before <= pinned
+            && broken_before.checked_sub(pinned_before).is_some_and(|slipping| slipping <= count as u64)
+    }
 }
 
-fn step_fits(open: &CarriedStep, plan: &Plan, step: u64) -> bool {
-    let ([total_s, rest_s], [step_s, next_s]) = (open.time_s, open.lengths_s);
-    let ahead = |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEPS && *block < plan.blocks as u64;
-    let crossings = || open.crossing_steps.iter().zip(&open.crossing_blocks);
-    total_s >= 0.0
-        && rest_s.abs() <= 1e-6 * total_s
-        && total_s + rest_s <= plan.grid.time_s(step) * (1.0 + 1e-12)
-        && step_s >= 0.0
-        && next_s > 0.0
-        && open.unknowns.len() == 3 * plan.blocks
-        && open.crossing_steps.len() == open.crossing_blocks.len()
-        && crossings().all(ahead)
-        && crossings().is_sorted_by(|a, b| a < b)
+impl CarriedStep {
+    /// Whether a slider can be in it after a grid step.
+    pub fn fits(&self, plan: &Plan, step: u64) -> bool {
+        let ([total_s, rest_s], [step_s, next_s]) = (self.time_s, self.lengths_s);
+        let crossings = || self.crossing_steps.iter().zip(&self.crossing_blocks);
+        let ahead =
+            |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEPS && *block < plan.blocks as u64;
+        total_s >= 0.0
+            && rest_s.abs() <= 1e-6 * total_s
+            && total_s + rest_s <= plan.grid.time_s(step) * (1.0 + 1e-12)
+            && step_s.is_finite()
+            && step_s >= 0.0
+            && next_s.is_finite()
+            && next_s > 0.0
+            && self.unknowns.len() == 3 * plan.blocks
+            && self.crossing_steps.len() == self.crossing_blocks.len()
+            && crossings().all(ahead)
+            && crossings().is_sorted_by(|a, b| a < b)
+    }
 }
 
 #[cfg(test)]

@@ -56,19 +56,6 @@ pub(crate) fn state(
     InitialState { displacement_m: u, velocity_m_per_s, stick_position_m, ..InitialState::default() }
 }
 
-/// Moves the mean anchors of junctions, found for friction springs of stiffness `kt`, to where contacts of these
-/// stiffnesses hold the same forces.
-pub(crate) fn anchor_junctions(
-    initial: &mut InitialState,
-    contact_stiffness_n_per_m: &[f64],
-    kt_n_per_m: f64,
-) {
-    let anchors = initial.stick_position_m.iter_mut().zip(&initial.displacement_m);
-    for ((anchor, u), stiffness) in anchors.zip(contact_stiffness_n_per_m) {
-        *anchor = u - kt_n_per_m / stiffness * (u - *anchor);
-    }
-}
-
 /// The requested initial shear of every block. The last block takes the negative of the sum of the
 /// others, so that the shear adds up to 0.
 pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
@@ -95,21 +82,16 @@ pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64
     if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
 }
 
-/// The amplitude of (5.50), the sum of its two sources.
-pub(crate) fn beta(scenario: &Scenario) -> f64 {
-    scenario.initial_shear.beta + poisson_beta(scenario)
-}
-
-/// The amplitude of (5.50) that prevented lateral expansion causes: `4 nu L_z / L_x`.
+/// The amplitude of (5.50): that of the scenario, and the one that prevented lateral expansion causes, `4 nu L_z / L_x`.
 ///
 /// Under the normal load a free slider with Poisson's ratio `nu` would expand along `x` by the
 /// strain `nu F_N / (E L_x L_y)`. Friction prevents that, which leaves a compressive force
 /// `nu F_N L_z / L_x` through the middle cross-section. The friction on either half balances it,
 /// and the profile (5.50) gives `beta F_N / 4` for that friction. The shear is therefore
 /// proportional to the load, and the amplitude is independent of it.
-fn poisson_beta(scenario: &Scenario) -> f64 {
-    let slider = &scenario.slider;
-    4.0 * scenario.initial_shear.poisson_ratio * slider.height_m / slider.length_m
+pub(crate) fn beta(scenario: &Scenario) -> f64 {
+    let (slider, shear) = (&scenario.slider, &scenario.initial_shear);
+    shear.beta + 4.0 * shear.poisson_ratio * slider.height_m / slider.length_m
 }
 
 /// Share of its static threshold that the first block has reached when a run starts loaded.
@@ -177,9 +159,11 @@ pub(crate) fn given(scenario: &Scenario) -> Result<Option<InitialState>, String>
         velocity_m_per_s: or_zeros(&initial.velocity_m_per_s),
         stick_position_m: initial.stick_position_m.clone(),
         state: Vec::new(),
-        carried: Some(Box::new(Carried::sliding(
-            initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
-        ))),
+        carried: Some(Box::new(Carried {
+            detached: initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
+            hold_step: u64::MAX,
+            ..Carried::default()
+        })),
     }))
 }
 

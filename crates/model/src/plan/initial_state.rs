@@ -30,7 +30,7 @@ pub struct InitialState {
 
 /// What decides the future of a slider besides displacements, velocities and anchors. Empty lists are those of
 /// contacts that have just come to rest.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Carried {
     /// Keys that a run which begins in it must share, and their values ([`Scenario::keys_of_states`]); empty for a
@@ -143,24 +143,6 @@ pub struct CarriedStep {
 
 /// Hexadecimal digits of the checksum at the beginning of a text.
 const CHECKSUM_LENGTH: usize = 16;
-
-impl Carried {
-    /// Of contacts that have just come to rest, except for those that slide, counted from 0, ascending.
-    pub(crate) fn sliding(detached: Vec<u64>) -> Carried {
-        Carried {
-            keys: Vec::new(),
-            detached,
-            just_detached: Vec::new(),
-            normal_load_n: Vec::new(),
-            stuck_since_step: Vec::new(),
-            memory: Vec::new(),
-            hold_step: u64::MAX,
-            drive: None,
-            junctions: None,
-            solver: None,
-        }
-    }
-}
 
 impl InitialState {
     /// As a text on one line, exact: a checksum and JSON, in which lists are Base64.

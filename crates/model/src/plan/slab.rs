@@ -5,8 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::body::lattice::Lattice;
 use crate::law::magnitude;
-use crate::plan::initial_state::InitialState;
-use crate::plan::{Drive, DriveSpring, Plan};
+use crate::plan::{DriveSpring, Plan};
 
 /// Relative residual, over the load, at rounding level.
 const RESIDUAL: f64 = 1e-15;
@@ -25,26 +24,12 @@ const MOST_STEPS: usize = 10;
 const SOLUTIONS_KEPT: usize = 32;
 const FREEDOMS_KEPT: usize = 1_000_000;
 
-/// The displacements of a lattice at rest under a load on every node of its top row. A friction spring
-/// restrains every contact, anchored at its position on the grid; there is no drive.
-///
-/// The foundation is assumed to support every contact; without one nothing is displaced. The lattice
-/// would expand along the surface by Poisson's ratio; friction springs resist that, which leaves a
-/// shear.
-pub(crate) fn displacements_at_rest_m(
-    lattice: &Lattice,
-    interfacial_n_per_m: f64,
-    top_load_n: &[f64],
-) -> Vec<f64> {
-    stuck_m(lattice, interfacial_n_per_m, &[], pressed_n(lattice, top_load_n))
-}
-
 /// The forces of a load on every node of the top row, on all freedoms; none without a foundation.
 pub(crate) fn pressed_n(lattice: &Lattice, top_load_n: &[f64]) -> Vec<f64> {
     let mut force_n = vec![0.0; lattice.freedoms()];
-    if let Some(upward) = lattice.table.upward() {
+    if let Some(normal) = lattice.first_normal() {
         for (node, load_n) in lattice.top_row().zip(top_load_n) {
-            force_n[upward * lattice.nodes() + node] = -load_n;
+            force_n[normal + node] = -load_n;
         }
     }
     force_n
@@ -52,6 +37,9 @@ pub(crate) fn pressed_n(lattice: &Lattice, top_load_n: &[f64]) -> Vec<f64> {
 
 /// The displacements at which a lattice balances forces on its freedoms while every contact is stuck to the
 /// grid by a friction spring and supported by the foundation, with a drive at rest.
+///
+/// The foundation is assumed to support every contact. Pressed down, the lattice would expand along the
+/// surface by Poisson's ratio; friction springs resist that, which leaves a shear.
 ///
 /// Recent solutions are kept: a run is planned, previewed and checked for warnings before it starts, and
 /// most runs of a study vary what does not move the body at rest.
@@ -141,23 +129,8 @@ fn balanced_m(
 
 /// The normal load of each contact in a state; empty without a foundation.
 pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
-    let Some(upward) = lattice.table.upward() else { return Vec::new() };
-    let rise_m = &displacement_m[upward * lattice.nodes()..];
-    lattice.row(0).map(|n| lattice.normal_load_n(rise_m[n])).collect()
-}
-
-/// The state at the start, with that many coordinates of anchors; also sets the relaxed positions of the
-/// drive's springs to it.
-pub(crate) fn at_rest(displacement_m: Vec<f64>, anchors: usize, drive: &mut Drive) -> InitialState {
-    for spring in &mut drive.springs {
-        spring.rest_m = displacement_m[spring.block];
-    }
-    InitialState {
-        velocity_m_per_s: vec![0.0; displacement_m.len()],
-        stick_position_m: vec![0.0; anchors],
-        displacement_m,
-        ..InitialState::default()
-    }
+    let Some(normal) = lattice.first_normal() else { return Vec::new() };
+    lattice.row(0).map(|n| lattice.normal_load_n(displacement_m[normal + n])).collect()
 }
 
 /// The reason why a body pressed onto a foundation has no valid state of rest: the iteration did not
@@ -191,15 +164,9 @@ pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
 
 /// The shear of each contact at the start, axis by axis: the pull of springs, drive and prestress.
 pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
+    let (u, still) = (&plan.initial.displacement_m, vec![0.0; plan.elastic.freedoms()]);
     let mut shear_n = tangential_force_n(plan);
-    // Driving springs of nodes without contacts are relaxed at the start.
-    for spring in plan.drive.springs.iter().filter(|spring| spring.block < plan.blocks) {
-        shear_n[spring.block] += spring.force_n(0.0, plan.initial.displacement_m[spring.block]);
-    }
-    for (shear, prestress) in shear_n.iter_mut().zip(plan.outside_n(0)) {
-        *shear += prestress;
-    }
-    shear_n[0] += plan.drive_force_n(0, u64::MAX).unwrap_or(0.0);
+    plan.add_outside_n(&mut shear_n, [u, &still], 0, u64::MAX);
     shear_n
 }
 

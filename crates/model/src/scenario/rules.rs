@@ -8,7 +8,6 @@ use asperity_record::bounds::LEAST_MAGNITUDE;
 use asperity_record::{MOST_STEPS, TimeGrid, counted, rounded, short};
 
 use crate::plan::Plan;
-use crate::plan::derive::longest_stable_step_s;
 use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::given_state;
 use crate::plan::slab;
@@ -352,7 +351,7 @@ fn loaded_starts_leave_out_nothing_but_known_motion(scenario: &Scenario, refusal
 const BELOW_THE_BOUND: f64 = 1e-12;
 
 fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let longest_s = longest_stable_step_s(scenario);
+    let longest_s = scenario.longest_stable_step_s();
     if scenario.time.step_s >= longest_s * (1.0 - BELOW_THE_BOUND) {
         let body = scenario.elastic().table.name;
         refusals.refuse(

@@ -33,6 +33,7 @@
 //! the step's error is not finite, and a shorter one is tried.
 
 use asperity_model::Plan;
+use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 
 /// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
@@ -57,7 +58,7 @@ impl Unknowns {
         (behind_m, friction, state, energies_j)
     }
 
-    /// Likewise.
+    /// `w`, `y`, `psi` and the energies, to be changed.
     pub(super) fn parts_mut(&mut self) -> (&mut [f64], &mut [f64], &mut [f64], &mut [f64; ENERGIES]) {
         let (of_blocks, energies_j) = self.0.split_last_chunk_mut().expect("energies come last");
         let (behind_m, rest) = of_blocks.split_at_mut(of_blocks.len() / 3);
@@ -75,18 +76,18 @@ impl Unknowns {
 
 /// One end of a step: the unknowns, what the law gives there, and their rates.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct StepEnd {
     pub(super) at: Unknowns,
     pub(super) contacts: Vec<Contact>,
     pub(super) rates: Unknowns,
     pub(super) outside: Outside,
 }
 
-impl Place {
-    pub(super) fn zeros(blocks: usize) -> Place {
+impl StepEnd {
+    pub(super) fn zeros(blocks: usize) -> StepEnd {
         let zeros = || Unknowns::zeros(blocks);
         let contacts = vec![Contact::default(); blocks];
-        Place { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
+        StepEnd { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
     }
 
     /// Evaluates the equations at `at`, for a step that begins there.
@@ -98,9 +99,13 @@ impl Place {
     }
 }
 
-/// Drive and load at one time, and their rates up to the next knot of their courses.
+/// Drive and load at one time, and their rates in the piece between two knots of their courses.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Outside {
+    /// When the piece begins, s.
+    pub(super) from_s: f64,
+    /// The knot at its end, a grid step; `u64::MAX` for none.
+    pub(super) until_step: u64,
     /// `X'`, m/s.
     pub(super) drive_m_per_s: f64,
     /// `X''`, m/s2.
@@ -114,6 +119,31 @@ pub(super) struct Outside {
 }
 
 impl Outside {
+    /// At the beginning of the piece that begins at a grid step.
+    pub(super) fn from_step(plan: &Plan, step: u64) -> Outside {
+        let hold_step = plan.hold_step_at_start();
+        let per_s = 1.0 / plan.grid.step_s();
+        let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
+        let stop_step = if step < hold_step { hold_step } else { u64::MAX };
+        let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
+        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
+        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step];
+        Outside {
+            from_s: plan.grid.time_s(step),
+            until_step: knots.into_iter().fold(of_contacts, u64::min),
+            drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
+            drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
+            load: plan.load_factor(step, hold_step),
+            load_per_s: plan.load_course.rate(step, hold_step) * per_s,
+            since_s: 0.0,
+        }
+    }
+
+    /// At a time in the same piece, from its beginning.
+    pub(super) fn at(self, time_s: f64) -> Outside {
+        self.after(time_s - self.from_s)
+    }
+
     /// `seconds` later in the same piece of the courses.
     pub(super) fn after(self, seconds: f64) -> Outside {
         Outside {
@@ -149,8 +179,7 @@ pub(super) struct Equations {
     evolution_effects: Vec<f64>,
     /// `m`; 0 without inertia.
     pub(super) mass_kg: f64,
-    pub(super) stiffness_n_per_m: f64,
-    pub(super) damping_kg_per_s: f64,
+    pub(super) chain: Chain,
     /// `K_n`.
     pub(super) drive_n_per_m: Vec<f64>,
     pub(super) prestress_n: Vec<f64>,
@@ -165,15 +194,13 @@ pub(super) struct Equations {
 
 impl Equations {
     pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
-        let (blocks, elastic) = (plan.blocks, &plan.elastic);
-        debug_assert!(elastic.as_chain().is_some());
+        let blocks = plan.blocks;
         let prestress_n = plan.prestress_n.iter().copied().chain(std::iter::repeat(0.0));
         Equations {
             law,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            stiffness_n_per_m: elastic.stiffness_n_per_m,
-            damping_kg_per_s: elastic.damping_kg_per_s,
+            chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
             prestress_n: prestress_n.take(blocks).collect(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
@@ -213,36 +240,29 @@ impl Equations {
         }
     }
 
-    pub(super) fn blocks(&self) -> usize {
-        self.contacts.len()
-    }
-
     pub(super) fn has_inertia(&self) -> bool {
         self.mass_kg > 0.0
     }
 
     /// The stiffness of all springs on block `n`.
     pub(super) fn springs_n_per_m(&self, n: usize) -> f64 {
-        self.neighbours(n) * self.stiffness_n_per_m + self.drive_n_per_m[n]
+        self.chain.neighbours(n) * self.chain.stiffness_n_per_m + self.drive_n_per_m[n]
     }
 
     /// Sizes below which errors of the unknowns of block `n` do not matter: of `w` the distance over which friction
     /// changes by its direct effect.
     pub(super) fn scales(&self, n: usize) -> [f64; 3] {
-        let held_by_n_per_m = self.neighbours(n).min(1.0) * self.stiffness_n_per_m + self.drive_n_per_m[n];
+        let held_by_n_per_m =
+            self.chain.neighbours(n).min(1.0) * self.chain.stiffness_n_per_m + self.drive_n_per_m[n];
         // A block that bears next to nothing follows its neighbours, on whose scale its error counts.
         let mean_n = self.direct_n.iter().sum::<f64>() / self.direct_n.len() as f64;
         [self.direct_n[n].max(1e-3 * mean_n) / held_by_n_per_m, 1.0, self.law.direct_effect]
     }
 
-    pub(super) fn neighbours(&self, n: usize) -> f64 {
-        f64::from(u8::from(n > 0) + u8::from(n + 1 < self.blocks()))
-    }
-
     /// The sum over the neighbours of block `n`.
     pub(super) fn beside(&self, n: usize, of: impl Fn(usize) -> f64) -> f64 {
         let left = if n > 0 { of(n - 1) } else { 0.0 };
-        let right = if n + 1 < self.blocks() { of(n + 1) } else { 0.0 };
+        let right = if n + 1 < self.chain.nodes { of(n + 1) } else { 0.0 };
         left + right
     }
 
@@ -273,12 +293,12 @@ impl Equations {
     fn pulled_n(&self, n: usize, behind_m: impl Fn(usize) -> f64) -> f64 {
         let here = behind_m(n);
         let strained_m = self.beside(n, |m| behind_m(m) - here);
-        self.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
+        self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places.
     fn friction(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
-        let blocks = self.blocks();
+        let blocks = self.chain.nodes;
         if self.has_inertia() {
             return unknown(blocks + n);
         }
@@ -286,26 +306,27 @@ impl Equations {
         self.friction_under(self.pulled_n(n, unknown), self.direct_n(n, outside), state)
     }
 
-    /// `|V|` of block `n`, likewise.
+    /// `|V|` of block `n` at a time, given the unknowns by their places.
     pub(super) fn speed_m_per_s(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
-        let (size, decay) = self.growth(self.friction(n, outside, &unknown), unknown(2 * self.blocks() + n));
+        let (size, decay) =
+            self.growth(self.friction(n, outside, &unknown), unknown(2 * self.chain.nodes + n));
         size * (1.0 - decay)
     }
 
     /// `T_n` of the last evaluation, dashpots included.
     pub(super) fn tangential_force_n(&self, n: usize) -> f64 {
         let here = self.contacts[n].velocity;
-        self.pulled_n[n] + self.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
+        self.pulled_n[n] + self.chain.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
     }
 
     /// Brings the law to these unknowns; without inertia it also determines `y`.
     pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: Outside) {
-        for n in 0..self.blocks() {
+        for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, unknown);
             let friction = self.friction(n, outside, unknown);
-            self.contacts[n] = self.contact(n, friction, at.0[2 * self.blocks() + n]);
-            at.0[self.blocks() + n] = friction;
+            self.contacts[n] = self.contact(n, friction, at.0[2 * self.chain.nodes + n]);
+            at.0[self.chain.nodes + n] = friction;
         }
     }
 
@@ -346,7 +367,7 @@ impl Equations {
             work_w[0] -= outside.drive_m_per_s * self.drive_n_per_m[n] * behind_m[n];
             work_w[1] += friction_n * v;
             work_w[2] += radiation * v * v;
-            work_w[3] += self.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
+            work_w[3] += self.chain.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
         }
     }
 

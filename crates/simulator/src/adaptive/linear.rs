@@ -12,11 +12,11 @@
 //!
 //! where `n` is the number of neighbours. Without inertia (`m = 0`) it is the derivative of `T = p a y + E V`.
 
-use super::equations::{Contact, ENERGIES, Equations, Place, Unknowns};
+use super::equations::{Contact, ENERGIES, Equations, StepEnd, Unknowns};
 
 /// The system of a step.
 #[derive(Debug, Clone)]
-pub(super) struct Linear {
+pub(super) struct StageSystem {
     sigma: f64,
     kappa: Vec<f64>,
     /// `1 / (sigma - g_psi)`.
@@ -28,10 +28,10 @@ pub(super) struct Linear {
     change: Vec<f64>,
 }
 
-impl Linear {
-    pub(super) fn of(blocks: usize) -> Linear {
+impl StageSystem {
+    pub(super) fn of(blocks: usize) -> StageSystem {
         let zeros = || vec![0.0; blocks];
-        Linear {
+        StageSystem {
             sigma: 0.0,
             kappa: zeros(),
             state_share: zeros(),
@@ -42,10 +42,10 @@ impl Linear {
     }
 
     /// Factorises the derivatives at `begin` for this `sigma`.
-    pub(super) fn factorise(&mut self, equations: &Equations, begin: &Place, sigma: f64) {
+    pub(super) fn factorise(&mut self, equations: &Equations, begin: &StepEnd, sigma: f64) {
         let (_, friction_rate, ..) = begin.rates.parts();
         let (a, mass_kg) = (equations.law.direct_effect, equations.mass_kg);
-        let beside = equations.stiffness_n_per_m / sigma + equations.damping_kg_per_s;
+        let beside = equations.chain.stiffness_n_per_m / sigma + equations.chain.damping_kg_per_s;
         let mut before = 0.0;
         for (n, contact) in begin.contacts.iter().enumerate() {
             let Contact { velocity_of_friction: v_y, slope, .. } = *contact;
@@ -56,8 +56,8 @@ impl Linear {
             let turning = slope * contact.rate_of_velocity * v_y / a + contact.state_rate / a;
             let alpha = inertia * (sigma - turning) + direct_n + slope * net_n;
             let kappa = (slope * (inertia / share + direct_n) - (1.0 - slope * slope) * net_n) / a;
-            let neighbours = equations.neighbours(n);
-            let damping = equations.law.radiation_kg_per_s + neighbours * equations.damping_kg_per_s;
+            let neighbours = equations.chain.neighbours(n);
+            let damping = equations.law.radiation_kg_per_s + neighbours * equations.chain.damping_kg_per_s;
             let diagonal = alpha / v_y
                 + kappa * contact.rate_of_velocity * share
                 + damping
@@ -71,10 +71,10 @@ impl Linear {
 
     /// Replaces the right side `r` by the solution `k`. `ahead_s` is the stage's change of time, which drive and load
     /// follow at their rates.
-    pub(super) fn solve(&mut self, equations: &Equations, begin: &Place, ahead_s: f64, r: &mut Unknowns) {
-        let Linear { sigma, kappa, state_share, pivot, beside, change } = self;
+    pub(super) fn solve(&mut self, equations: &Equations, begin: &StepEnd, ahead_s: f64, r: &mut Unknowns) {
+        let StageSystem { sigma, kappa, state_share, pivot, beside, change } = self;
         let (sigma, beside, a) = (*sigma, *beside, equations.law.direct_effect);
-        let Place { at, contacts, outside, .. } = begin;
+        let StepEnd { at, contacts, outside, .. } = begin;
         let (behind_m, friction, ..) = at.parts();
         let (r_w, r_y, r_psi, r_work) = r.parts_mut();
         for r_w in &mut *r_w {
@@ -82,7 +82,7 @@ impl Linear {
         }
         let mut before = 0.0;
         for n in 0..contacts.len() {
-            let pulled_n = equations.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
+            let pulled_n = equations.chain.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
                 - equations.springs_n_per_m(n) * r_w[n];
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
                 - equations.direct_change_n(n, *outside, ahead_s) * friction[n]
@@ -111,7 +111,8 @@ impl Linear {
                 + equations.direct_change_n(n, *outside, ahead_s) * friction[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
             if let Some(next) = contacts.get(n + 1) {
-                work_w[3] += 2.0 * equations.damping_kg_per_s * (next.velocity - v) * (change_after - z);
+                work_w[3] +=
+                    2.0 * equations.chain.damping_kg_per_s * (next.velocity - v) * (change_after - z);
             }
             change_after = z;
         }

@@ -11,8 +11,8 @@
 //! so a step has the same cost in all phases, and steps may be as long as the solution is smooth, however fast
 //! friction responds: that response decays within the step. Time is one more unknown, with the rate 1.
 
-use super::equations::{Equations, Place, Unknowns};
-use super::linear::Linear;
+use super::equations::{Equations, StepEnd, Unknowns};
+use super::linear::StageSystem;
 
 const STAGES: usize = 6;
 
@@ -78,7 +78,7 @@ pub(super) fn factor(error: f64) -> f64 {
 /// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Rodas4 {
-    linear: Linear,
+    linear: StageSystem,
     changes: [Unknowns; STAGES],
     /// The end of the last step.
     pub(super) end: Unknowns,
@@ -90,13 +90,13 @@ pub(super) struct Rodas4 {
 impl Rodas4 {
     /// For steps with this relative tolerance.
     pub(super) fn new(equations: &Equations, tolerance: f64) -> Rodas4 {
-        let zeros = || Unknowns::zeros(equations.blocks());
+        let zeros = || Unknowns::zeros(equations.chain.nodes);
         Rodas4 {
-            linear: Linear::of(equations.blocks()),
+            linear: StageSystem::of(equations.chain.nodes),
             changes: std::array::from_fn(|_| zeros()),
             end: zeros(),
             tolerance,
-            scales: (0..equations.blocks()).map(|n| equations.scales(n)).collect(),
+            scales: (0..equations.chain.nodes).map(|n| equations.scales(n)).collect(),
         }
     }
 
@@ -111,7 +111,7 @@ impl Rodas4 {
     }
 
     /// Computes a step of `step_s`; returns its error, over the accepted one.
-    pub(super) fn step(&mut self, equations: &mut Equations, begin: &Place, step_s: f64) -> f64 {
+    pub(super) fn step(&mut self, equations: &mut Equations, begin: &StepEnd, step_s: f64) -> f64 {
         self.linear.factorise(equations, begin, 1.0 / (step_s * GAMMA));
         // The stages of time, in steps.
         let mut times = [0.0; STAGES];

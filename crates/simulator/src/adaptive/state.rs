@@ -94,21 +94,12 @@ impl AdaptiveState {
 
     /// Checks a loaded state, of a slider after `step`, against the plan.
     pub(crate) fn fits(&self, plan: &Plan, step: u64) -> bool {
-        let ahead = |crossing: &Crossing| crossing.step > step && (crossing.block as usize) < plan.blocks;
-        let is_length = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
         // A given state may be in a step that began before.
         let from_s = carried_step(plan)
             .map_or(plan.grid.time_s(plan.initial.step), |open| open.time_s[0] + open.time_s[1]);
-        self.time_s.total.is_finite()
-            && self.time_s.rest.abs() <= 1e-6 * self.time_s.total.abs()
-            && self.time_s.value() >= from_s
-            && self.time_s.value() <= plan.grid.time_s(step) * (1.0 + 1e-12)
-            && is_length(self.step_s)
-            && is_length(self.next_step_s)
-            && self.next_step_s > 0.0
+        self.time_s.value() >= from_s
             && self.unknowns.len() == 3 * plan.blocks + ENERGIES
             && self.unknowns.iter().all(|value| value.is_finite())
-            && self.crossings.iter().all(ahead)
-            && self.crossings.is_sorted_by(|a, b| a < b)
+            && self.carried(plan.blocks).fits(plan, step)
     }
 }

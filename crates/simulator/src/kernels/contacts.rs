@@ -163,7 +163,7 @@ mod tests {
 
     use super::ContactInputs;
     use crate::kernels::{self, After, by_all};
-    use crate::step::law::{ContactLoops, Loops, loops};
+    use crate::step::law::{ContactLoops, loops};
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
         (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
@@ -201,7 +201,7 @@ mod tests {
             let [u, v, anchor, tau] = self.values.each_ref().map(all);
             let (mut outer, mut friction) =
                 ([0; D].map(|_| numbers(60, count)), [0; D].map(|_| vec![0.0; count]));
-            let hint = law.rub(&mut ContactInputs {
+            let hint = law.apply_friction(&mut ContactInputs {
                 u,
                 v,
                 anchor,
@@ -246,13 +246,13 @@ mod tests {
             let set = format!("friction.law={}", word.word());
             compare::<1>(&*loops(resolve("default", &[set]).unwrap().contact_law()));
         }
-        compare::<2>(&Loops(SpringsOverArea));
+        compare::<2>(&SpringsOverArea);
     }
 
     /// Contacts around their thresholds: whatever detaches has been hinted at, and what is well below has not.
     #[test]
     fn no_contact_detaches_without_a_hint() {
-        let law = Loops(SpringsOverArea);
+        let law = SpringsOverArea;
         let (mut hints, mut detached) = (0, 0);
         for n in 0..2_000_u64 {
             let mut contacts = Contacts::<2>::of(1, false);

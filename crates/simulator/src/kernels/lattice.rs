@@ -51,6 +51,7 @@ kernel! {
 
 #[cfg(test)]
 mod tests {
+    use asperity_model::body::lattice::{BLOCK, SHEET, SLAB};
     use asperity_model::{Lattice, mixed};
 
     use super::{lattice_move, lattice_pull};
@@ -59,15 +60,15 @@ mod tests {
     #[test]
     fn all_instruction_sets_move_a_lattice_the_same_to_the_bit() {
         for lattice in [
-            Lattice::slab(2, 2),
-            Lattice::slab(3, 5),
-            Lattice::slab(9, 2),
-            Lattice::slab(18, 7),
-            Lattice::slab(57, 4),
-            Lattice::sheet(26, 6),
-            Lattice::block(3, 2, 2),
-            Lattice::block(15, 4, 3),
-            Lattice::block(66, 3, 4),
+            Lattice::of(&SLAB, [2, 1, 2]),
+            Lattice::of(&SLAB, [3, 1, 5]),
+            Lattice::of(&SLAB, [9, 1, 2]),
+            Lattice::of(&SLAB, [18, 1, 7]),
+            Lattice::of(&SLAB, [57, 1, 4]),
+            Lattice::of(&SHEET, [26, 6, 1]),
+            Lattice::of(&BLOCK, [3, 2, 2]),
+            Lattice::of(&BLOCK, [15, 4, 3]),
+            Lattice::of(&BLOCK, [66, 3, 4]),
         ] {
             let lattice =
                 Lattice { stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9, foundation_n_per_m: 1.0, ..lattice };

@@ -119,9 +119,6 @@ pub(crate) struct Fast<L: Leaps> {
     counters: Counters,
 }
 
-/// The solver's name in run headers and on the command line.
-pub(crate) const NAME: &str = "fast";
-
 /// Why a run with courses of single contacts has no leaps.
 const COURSES: &str = "single steps instead of leaps: forces or loads of single contacts follow courses";
 
@@ -226,10 +223,6 @@ impl<L: Leaps> Fast<L> {
 }
 
 impl<L: Leaps> Solver for Fast<L> {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
         let steps = steps_between_looks(&self.plan);
         // Also after each attempt to leap.

@@ -32,13 +32,13 @@ pub struct Counters {
     /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_steps_in_air: u64,
-    /// Steps of varying length that the adaptive solver took, and those whose error was too large.
+    /// Steps of varying length that the adaptive solver took.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub adaptive_steps: u64,
-    /// Likewise.
+    /// Steps of varying length whose error was too large.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rejected_steps: u64,
-    /// Steps of the grid that these cover.
+    /// Steps of the grid that the accepted ones cover.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub covered_steps: u64,
 }

@@ -32,14 +32,15 @@ impl Recorder {
     pub(crate) fn new(plan: &Plan, initial: &SliderState, initial_j: f64) -> Recorder {
         let stop = state_not_finite(initial);
         let first = Record::Fields(Box::new(fields(plan, initial)));
-        let onset_step = (initial.detached > 0).then_some(initial.step + 1);
-        Recorder {
-            due_step: next_due(plan, initial.step, initial.detached).min(onset_step.unwrap_or(u64::MAX)),
-            onset_step,
+        let mut recorder = Recorder {
+            due_step: 0,
+            onset_step: (initial.detached > 0).then_some(initial.step + 1),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
             instability: InstabilityStop::of(plan, initial_j),
             stop,
-        }
+        };
+        recorder.due_step = recorder.next_due(plan, initial);
+        recorder
     }
 
     /// A recorder at the start of a stepper's run.
@@ -63,7 +64,7 @@ impl Recorder {
             let switch = switch(plan, initial, n);
             Switch { threshold_n: switch.force_magnitude_n(), ..switch }
         });
-        let driving = driving_at_start(plan, initial);
+        let driving = Driving::of(plan, initial, |_, _| {}).0;
         let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
         self.stop = not_finite(&record, initial.step, initial);
         if self.stop.is_some() {
@@ -99,12 +100,16 @@ impl Recorder {
     pub(crate) fn continue_after(&mut self, plan: &Plan, state: &SliderState) {
         self.ready.clear();
         self.stop = None;
-        self.due_step = self.next_due(plan, state.step, state.detached);
+        self.due_step = self.next_due(plan, state);
     }
 
-    fn next_due(&self, plan: &Plan, step: u64, detached: u32) -> u64 {
-        let onset_step = self.onset_step.filter(|onset| *onset > step);
-        next_due(plan, step, detached).min(onset_step.unwrap_or(u64::MAX))
+    /// The first step after a state at which a cadence, a rupture, the onset or the end of the run requires a record;
+    /// `u64::MAX` after the end. The detached blocks slide until then.
+    fn next_due(&self, plan: &Plan, state: &SliderState) -> u64 {
+        let onset_step = self.onset_step.filter(|onset| *onset > state.step);
+        let ruptures = plan.recording.rupture_fields;
+        let of_rupture = ruptures.and_then(|fields| fields.next_due(state.step, state.detached));
+        [onset_step, of_rupture].into_iter().flatten().fold(next_step_due(plan, state.step), u64::min)
     }
 
     /// Records a single step if a block switched in it, if it is the onset or end of a slip event, or if
@@ -144,47 +149,36 @@ impl Recorder {
             if state_not_finite(state).is_none() {
                 self.states(plan, state, false);
             }
-            self.due_step = self.next_due(plan, step, state.detached);
+            self.due_step = self.next_due(plan, state);
             return Ok(false);
         }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         let record = load(plan, state, driving, energy, switches);
-        self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
+        self.stop = state_not_finite(state).or_else(|| not_finite(&record, step, state));
+        if let Some(stop) = &self.stop {
+            return Err(stop.clone());
+        }
         self.stop = self.instability.stops(&record);
         self.ready.push_back(Record::Step(record));
         self.states(plan, state, edge);
-        self.due_step = self.next_due(plan, step, state.detached);
+        self.due_step = self.next_due(plan, state);
         Ok(true)
     }
 
-    /// Records the states that are due after a step.
+    /// Records the states that are due after a step, in this order; `edge` marks the onset or end of a slip event. A
+    /// step without a step record may have the state of a rupture; all other states follow the record of their step.
     fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
-        for due in due_states(plan, state.step, edge, state.sliding) {
-            self.ready.push_back(match due {
-                Due::Fields => Record::Fields(Box::new(fields(plan, state))),
-                Due::Window(index) => window_record(plan, state, index),
-            });
+        let (recording, step) = (&plan.recording, state.step);
+        if (edge && recording.event_fields) || step.is_multiple_of(recording.fields_every_steps) {
+            self.ready.push_back(Record::Fields(Box::new(fields(plan, state))));
         }
-    }
-
-    /// Ends the run with the error that was found, if any.
-    fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
-        self.stop = found;
-        self.stop.clone().map_or(Ok(()), Err)
-    }
-}
-
-/// The forces of the drive at the start, with point and nodes at their places.
-fn driving_at_start(plan: &Plan, initial: &SliderState) -> Driving {
-    let point_m = plan.drive_point_m(initial.step, initial.hold_step);
-    let pull_n = |block: usize| {
-        let springs = plan.drive.springs.iter().filter(|spring| spring.block == block);
-        springs.map(|spring| spring.force_n(point_m, initial.displacement_m[block])).sum()
-    };
-    Driving {
-        total_n: plan.drive.total_force_n(point_m, &initial.displacement_m)
-            + plan.drive_force_n(initial.step, initial.hold_step).unwrap_or(0.0),
-        ends_n: plan.drive.pulls_both_ways().then(|| [pull_n(0), pull_n(plan.blocks - 1)]),
+        let windows = recording.windows.iter().enumerate();
+        for (index, window) in windows.filter(|(_, window)| next_in_window(window, step - 1) == Some(step)) {
+            self.ready.push_back(window_record(plan, state, index, window.blocks.clone()));
+        }
+        if recording.rupture_fields.is_some_and(|fields| fields.are_due(step, state.sliding)) {
+            self.ready.push_back(window_record(plan, state, recording.windows.len(), 0..plan.blocks));
+        }
     }
 }
 
@@ -207,40 +201,6 @@ fn load(
         sliding: state.sliding,
         switches,
     }
-}
-
-/// A state that is recorded after a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Due {
-    /// All blocks.
-    Fields,
-    /// A dense window, by its index in the plan; the next index is that of ruptures.
-    Window(usize),
-}
-
-/// States to be recorded after a step, in this order. `edge` marks the onset or end of a slip event,
-/// `sliding` is the number of blocks that slid. A step without a step record may have the state of a
-/// rupture; all other states follow the record of their step.
-fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
-    let recording = &plan.recording;
-    let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
-    let is_in = move |window: &WindowPlan| next_in_window(window, step - 1) == Some(step);
-    let windows = recording.windows.iter().enumerate();
-    let windows = windows.filter(move |(_, window)| is_in(window)).map(|(index, _)| Due::Window(index));
-    let of_rupture = recording.rupture_fields.is_some_and(|fields| fields.are_due(step, sliding));
-    let of_rupture = of_rupture.then_some(Due::Window(recording.windows.len()));
-    fields.then_some(Due::Fields).into_iter().chain(windows).chain(of_rupture)
-}
-
-fn is_on_cadence(every: u64, step: u64) -> bool {
-    every > 0 && step.is_multiple_of(every)
-}
-
-/// The first step after `step` at which a cadence, a rupture or the end of the run requires a record;
-/// `u64::MAX` after the end. `detached` blocks slide until then.
-fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
-    let of_rupture = plan.recording.rupture_fields.and_then(|fields| fields.next_due(step, detached));
-    next_step_due(plan, step).min(of_rupture.unwrap_or(u64::MAX))
 }
 
 /// The first step after `step` at which a step record is due, which the states of ruptures do not need.
@@ -275,7 +235,7 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
         stick_position_m: state.stick_position_m[n],
         threshold_n: threshold_n(plan, state, n),
         junctions_slipping: state.junctions.as_ref().map(|junctions| junctions.slipping(n)),
-        across: is_area(plan, state).then(|| SwitchAcross {
+        across: is_area(plan).then(|| SwitchAcross {
             displacement_m: state.displacement_m[plan.elastic.nodes() + n],
             velocity_m_per_s: state.velocity_m_per_s[plan.elastic.nodes() + n],
             tangential_force_n: state.tangential_force_n[plan.blocks + n],
@@ -285,30 +245,21 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
 }
 
 /// Whether contacts cover an area, so that they have a second tangential axis, across the sliding direction.
-fn is_area(plan: &Plan, state: &SliderState) -> bool {
-    state.tangential_force_n.len() > plan.blocks
+fn is_area(plan: &Plan) -> bool {
+    plan.elastic.tangential_axes() > 1
 }
 
 /// The values across the sliding direction of some contacts, of an array in which those of all nodes or
 /// contacts, `along`, come before; none where contacts lie in a single row.
-fn across(
-    plan: &Plan,
-    state: &SliderState,
-    values: &[f64],
-    along: usize,
-    contacts: Range<usize>,
-) -> Vec<f64> {
-    match is_area(plan, state) {
-        true => values[along..][contacts].to_vec(),
-        false => Vec::new(),
-    }
+fn across(plan: &Plan, values: &[f64], along: usize, contacts: Range<usize>) -> Vec<f64> {
+    if is_area(plan) { values[along..][contacts].to_vec() } else { Vec::new() }
 }
 
 /// The state of all blocks; of a lattice, of its contacts.
 pub fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     let (junctions_slipping, pinned_mean_ratio, pinned_width_ratio) = junctions(plan, state);
     let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
-    let across = |values: &[f64], along| across(plan, state, values, along, 0..contacts);
+    let across = |values: &[f64], along| across(plan, values, along, 0..contacts);
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
@@ -350,15 +301,10 @@ fn junctions(plan: &Plan, state: &SliderState) -> (Vec<u32>, Vec<f64>, Vec<f64>)
     (slipping, mean, width)
 }
 
-/// The blocks of a dense window, or of the states of ruptures, counted from 0.
-fn blocks_of(plan: &Plan, index: usize) -> Range<usize> {
-    plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
-}
-
-fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
-    let blocks = blocks_of(plan, index);
+/// The state of some blocks, counted from 0, in a dense window or that of ruptures, by its index.
+fn window_record(plan: &Plan, state: &SliderState, index: usize, blocks: Range<usize>) -> Record {
     let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
-    let across = |values: &[f64], along| across(plan, state, values, along, blocks.clone());
+    let across = |values: &[f64], along| across(plan, values, along, blocks.clone());
     Record::Window(WindowRecord {
         window: index as u32,
         step: state.step,
@@ -389,17 +335,9 @@ fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
     })
 }
 
-/// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN. In lanes, which
-/// compilers vectorise.
+/// Whether all values are finite, without a branch for each, so that compilers vectorise it.
 fn are_finite(values: &[f64]) -> bool {
-    let (groups, rest) = values.as_chunks::<8>();
-    let mut lanes = [0.0; 8];
-    for group in groups {
-        for (lane, value) in lanes.iter_mut().zip(group) {
-            *lane += value * 0.0;
-        }
-    }
-    lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
+    values.iter().fold(true, |all, value| all & value.is_finite())
 }
 
 /// The error if a number of a step record is not finite although the state is. A number of the whole

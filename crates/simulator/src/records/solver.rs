@@ -23,9 +23,6 @@ pub enum Next {
 
 /// A solver of a [`asperity_model::Plan`].
 pub trait Solver: Send {
-    /// The solver's name in run headers and on the command line.
-    fn name(&self) -> &'static str;
-
     /// Advances to the next record; `None` once the run is over and all records were returned.
     ///
     /// # Errors

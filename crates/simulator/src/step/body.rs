@@ -31,16 +31,16 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 
     /// Brings the forces from outside and the strength of contacts to the load of the step.
-    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
 
-    /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
-    fn pull_at(&mut self, freedom: usize, force_n: f64);
+    /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::apply_load`].
+    fn set_force(&mut self, freedom: usize, force_n: f64);
 
-    /// Adds to the force of [`Body::pull_at`] on a freedom.
-    fn pull_more_at(&mut self, freedom: usize, force_n: f64);
+    /// Adds to the force of [`Body::set_force`] on a freedom.
+    fn add_force(&mut self, freedom: usize, force_n: f64);
 
     /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
-    /// moves, `way_m` its way.
+    /// moves, `moved_m` its way.
     fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64, _way_m: f64) {}
 
     /// Computes forces, friction, new velocities and positions of all freedoms, with the tangential forces

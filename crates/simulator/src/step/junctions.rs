@@ -24,13 +24,14 @@ use asperity_record::JunctionTotals;
 use serde::{Deserialize, Serialize};
 
 use crate::kernels::{self, Bearing};
+use crate::step::strength::Strength;
 
 /// The state of the junctions of all contacts.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(into = "Stored", try_from = "Stored")]
+#[serde(into = "SavedJunctions", try_from = "SavedJunctions")]
 pub struct JunctionState {
     /// Of the outermost slipping junctions, anchors are those of the last visit.
-    kept: Stored,
+    kept: SavedJunctions,
     contacts: Summaries,
 }
 
@@ -42,9 +43,6 @@ struct Summaries {
     high_m: Vec<f64>,
     low_count: Vec<f64>,
     high_count: Vec<f64>,
-    /// The outermost anchors as of the last visit.
-    visited_low_m: Vec<f64>,
-    visited_high_m: Vec<f64>,
     other_anchors_m: Vec<f64>,
     above_low_m: Vec<f64>,
     below_high_m: Vec<f64>,
@@ -54,9 +52,9 @@ struct Summaries {
 }
 
 /// The state in checkpoints.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Stored {
+struct SavedJunctions {
     /// Junctions of a contact.
     count: usize,
     /// Contact by contact, for each junction: its anchor; its last step of slip, 0 for a pinned one; how often it has
@@ -69,8 +67,8 @@ struct Stored {
     totals_before: JunctionTotals,
 }
 
-impl From<JunctionState> for Stored {
-    fn from(mut state: JunctionState) -> Stored {
+impl From<JunctionState> for SavedJunctions {
+    fn from(mut state: JunctionState) -> SavedJunctions {
         for n in 0..state.contacts.slipping.len() {
             state.refresh(n);
         }
@@ -78,10 +76,10 @@ impl From<JunctionState> for Stored {
     }
 }
 
-impl TryFrom<Stored> for JunctionState {
+impl TryFrom<SavedJunctions> for JunctionState {
     type Error = &'static str;
 
-    fn try_from(stored: Stored) -> Result<JunctionState, &'static str> {
+    fn try_from(stored: SavedJunctions) -> Result<JunctionState, &'static str> {
         let (count, all) = (stored.count, stored.anchor_m.len());
         if count == 0 || all % count != 0 || [stored.slips_until_step.len(), stored.breaks.len()] != [all; 2]
         {
@@ -93,7 +91,7 @@ impl TryFrom<Stored> for JunctionState {
 
 impl PartialEq for JunctionState {
     fn eq(&self, other: &JunctionState) -> bool {
-        Stored::from(self.clone()) == Stored::from(other.clone())
+        SavedJunctions::from(self.clone()) == SavedJunctions::from(other.clone())
     }
 }
 
@@ -105,7 +103,7 @@ impl JunctionState {
         let carried = plan.initial.carried.as_ref().and_then(|carried| carried.junctions.clone());
         if let Some(CarriedJunctions { anchor_m, slips_until_step, breaks, totals }) = carried {
             let [totals, totals_before] = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
-            let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+            let kept = SavedJunctions { count, anchor_m, slips_until_step, breaks, totals, totals_before };
             return Some(Box::new(JunctionState::of(kept)));
         }
         let mut anchor_m = Vec::with_capacity(plan.blocks * law.count);
@@ -116,13 +114,17 @@ impl JunctionState {
             anchor_m.extend(law.offsets(n).iter().map(|q| mean_m + width_n * q / k));
         }
         let zeros = vec![0; anchor_m.len()];
-        let (totals, totals_before) = Default::default();
-        let (slips_until_step, breaks) = (zeros.clone(), zeros);
-        let kept = Stored { count, anchor_m, slips_until_step, breaks, totals, totals_before };
+        let kept = SavedJunctions {
+            count,
+            anchor_m,
+            slips_until_step: zeros.clone(),
+            breaks: zeros,
+            ..SavedJunctions::default()
+        };
         Some(Box::new(JunctionState::of(kept)))
     }
 
-    fn of(kept: Stored) -> JunctionState {
+    fn of(kept: SavedJunctions) -> JunctionState {
         let contacts = kept.anchor_m.len() / kept.count;
         let zeros = || vec![0.0; contacts];
         let summaries = Summaries {
@@ -131,8 +133,6 @@ impl JunctionState {
             high_m: zeros(),
             low_count: zeros(),
             high_count: zeros(),
-            visited_low_m: zeros(),
-            visited_high_m: zeros(),
             other_anchors_m: zeros(),
             above_low_m: zeros(),
             below_high_m: zeros(),
@@ -152,22 +152,16 @@ impl JunctionState {
         let slides = |law: Junctions| {
             slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
         };
-        let slipping = self.kept.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
-        let breaks = self.kept.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
-        let (totals, before) = (self.kept.totals, self.kept.totals_before);
-        self.kept.anchor_m.len() == plan.blocks * self.kept.count
-            && plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
-            && self.kept.breaks.iter().all(|breaks| *breaks <= step)
+        let count = plan.blocks * self.kept.count;
+        plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
             && self.kept.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
-            && breaks == Some(totals.breaks)
-            && totals.repins.checked_add(slipping) == breaks
-            && before.breaks <= totals.breaks
-            && before.repins <= totals.repins
+            && self.carried().fits(count, step)
     }
 
     /// As the state of a run that begins here.
     pub(crate) fn carried(&self) -> CarriedJunctions {
-        let Stored { anchor_m, slips_until_step, breaks, totals, totals_before, .. } = self.clone().into();
+        let SavedJunctions { anchor_m, slips_until_step, breaks, totals, totals_before, .. } =
+            self.clone().into();
         let totals = [totals, totals_before].map(|JunctionTotals { breaks, repins }| [breaks, repins]);
         CarriedJunctions { anchor_m, slips_until_step, breaks, totals }
     }
@@ -187,12 +181,19 @@ impl JunctionState {
         self.contacts.slipping[n]
     }
 
+    /// The outermost anchors of the slipping junctions of a contact as of the last visit; infinite without any.
+    fn outermost_m(&self, n: usize) -> [f64; 2] {
+        let of = n * self.kept.count..(n + 1) * self.kept.count;
+        let all = self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]);
+        let slipping = all.filter(|(_, until)| **until != 0).map(|(anchor, _)| *anchor);
+        slipping.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    }
+
     /// The anchors of a contact, and whether each junction slips.
     fn junctions(&self, n: usize) -> impl Iterator<Item = (f64, bool)> + '_ {
         let of = n * self.kept.count..(n + 1) * self.kept.count;
-        let contacts = &self.contacts;
-        let low = (contacts.visited_low_m[n], contacts.low_m[n]);
-        let high = (contacts.visited_high_m[n], contacts.high_m[n]);
+        let [low, high] = self.outermost_m(n);
+        let (low, high) = ((low, self.contacts.low_m[n]), (high, self.contacts.high_m[n]));
         self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]).map(
             move |(anchor, until)| {
                 let slips = *until != 0;
@@ -230,8 +231,6 @@ impl JunctionState {
     fn refresh(&mut self, n: usize) {
         let now: Vec<f64> = self.junctions(n).map(|(anchor, _)| anchor).collect();
         self.kept.anchor_m[n * self.kept.count..(n + 1) * self.kept.count].copy_from_slice(&now);
-        self.contacts.visited_low_m[n] = self.contacts.low_m[n];
-        self.contacts.visited_high_m[n] = self.contacts.high_m[n];
     }
 
     /// Derives what the kernel needs of a contact from its junctions.
@@ -245,8 +244,7 @@ impl JunctionState {
         };
         let slipping = || all().filter(|(_, until)| *until != 0).map(|(anchor, _)| anchor);
         let pinned = || all().filter(|(_, until)| *until == 0).map(|(anchor, _)| anchor);
-        let low = slipping().fold(f64::INFINITY, f64::min);
-        let high = slipping().fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = self.outermost_m(n);
         let inner = || slipping().filter(|anchor| *anchor != low && *anchor != high);
         let others = all().filter(|(anchor, until)| *until == 0 || (*anchor != low && *anchor != high));
         let contacts = &mut self.contacts;
@@ -265,7 +263,6 @@ impl JunctionState {
         let is_any = contacts.slipping[n] > 0;
         let (low, high) = if is_any { (low, high) } else { (0.0, 0.0) };
         (contacts.low_m[n], contacts.high_m[n]) = (low, high);
-        (contacts.visited_low_m[n], contacts.visited_high_m[n]) = (low, high);
     }
 }
 
@@ -284,31 +281,9 @@ pub(crate) struct JunctionLoops {
     pub(crate) friction_n: Vec<f64>,
     heat_j: Vec<f64>,
     marks: Vec<f64>,
-    visited: Vec<usize>,
-    broken_m: Vec<f64>,
+    visited: Vec<(usize, f64)>,
     /// Heat of visits, J.
     visits_j: f64,
-}
-
-/// Contacts before a step, and the step.
-pub(crate) struct Loaded<'a> {
-    pub(crate) step: u64,
-    pub(crate) u: &'a [f64],
-    /// `mu_s p` and `mu_d p`.
-    pub(crate) threshold_n: &'a [f64],
-    pub(crate) sliding_friction_n: &'a [f64],
-}
-
-impl<'a> Loaded<'a> {
-    /// The contacts are the first of all freedoms.
-    pub(crate) fn new(
-        step: u64,
-        u: &'a [f64],
-        threshold_n: &'a [f64],
-        sliding_friction_n: &'a [f64],
-    ) -> Loaded<'a> {
-        Loaded { step, u: &u[..threshold_n.len()], threshold_n, sliding_friction_n }
-    }
 }
 
 impl JunctionLoops {
@@ -328,7 +303,6 @@ impl JunctionLoops {
             heat_j: zeros(),
             marks: zeros(),
             visited: Vec::new(),
-            broken_m: Vec::new(),
             visits_j: 0.0,
         })
     }
@@ -340,14 +314,17 @@ impl JunctionLoops {
         state: &mut JunctionState,
         mean_anchor_m: &mut [f64],
         outer_n: &mut [f64],
-        at: &Loaded<'_>,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
     ) {
+        // The contacts are the first of all freedoms.
+        let u = &u[..mean_anchor_m.len()];
         state.kept.totals_before = state.kept.totals;
         let contacts = &mut state.contacts;
         let bearing = Bearing {
-            u: at.u,
-            threshold_n: at.threshold_n,
-            sliding_friction_n: at.sliding_friction_n,
+            u,
+            threshold_n: &strength.threshold_n,
+            sliding_friction_n: &strength.sliding_friction_n,
             stiffness_n_per_m: &self.stiffness_n_per_m,
             compliance_m_per_n: &self.compliance_m_per_n,
             low_count: &contacts.low_count,
@@ -358,32 +335,37 @@ impl JunctionLoops {
             pinned_low_m: &contacts.pinned_low_m,
             pinned_high_m: &contacts.pinned_high_m,
             due_step: &contacts.due_step,
-            step: at.step as f64,
+            step: step as f64,
             share: self.share,
         };
         let (low_m, high_m) = (&mut contacts.low_m, &mut contacts.high_m);
         let any = kernels::drag(low_m, high_m, mean_anchor_m, &mut self.heat_j, &mut self.marks, &bearing);
         self.visits_j = 0.0;
         self.visited.clear();
-        self.broken_m.clear();
         if any {
             for (n, mean_anchor_m) in mean_anchor_m.iter_mut().enumerate() {
                 if self.marks[n] != 0.0 {
-                    *mean_anchor_m = self.visit(state, n, at);
+                    *mean_anchor_m = self.visit(state, n, strength, (step, u));
                 }
             }
         }
         let friction_n = &mut self.friction_n;
-        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, at.u, mean_anchor_m);
+        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, u, mean_anchor_m);
     }
 
     /// Items 1 to 3 for all junctions of a contact, of which the outermost are dragged already; returns the mean of
     /// their anchors before any breaks.
-    fn visit(&mut self, state: &mut JunctionState, n: usize, at: &Loaded<'_>) -> f64 {
+    fn visit(
+        &mut self,
+        state: &mut JunctionState,
+        n: usize,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
+    ) -> f64 {
         state.refresh(n);
-        let (law, k, u) = (self.law, self.stiffness_n_per_m[n], at.u[n]);
-        let (reach, strength) =
-            (at.sliding_friction_n[n] * self.compliance_m_per_n[n], at.threshold_n[n] * self.share);
+        let (law, k, u) = (self.law, self.stiffness_n_per_m[n], u[n]);
+        let reach = strength.sliding_friction_n[n] * self.compliance_m_per_n[n];
+        let strength = strength.threshold_n[n] * self.share;
         let released_j = |from: f64, to: f64| 0.5 * k * (to - from) * ((u - from) + (u - to));
         let all = n * law.count..(n + 1) * law.count;
         for j in all.clone() {
@@ -406,32 +388,31 @@ impl JunctionLoops {
                 state.kept.totals.breaks += 1;
                 let steps = law.slip_steps(n, j - all.start, state.kept.breaks[j], self.step_s);
                 // A time that is longer than any run saturates.
-                state.kept.slips_until_step[j] = at.step.saturating_add(steps);
+                state.kept.slips_until_step[j] = step.saturating_add(steps);
             }
         }
-        self.visited.push(n);
-        self.broken_m.push(broken_m);
+        self.visited.push((n, broken_m));
         anchors * self.share
     }
 
     /// Item 5, after the motion: marks the contacts that begin or cease to slide, and returns whether any does.
-    pub(crate) fn settle(
+    pub(crate) fn repin(
         &mut self,
         state: &mut JunctionState,
         mean_anchor_m: &mut [f64],
         slip: &[f64],
-        after: &Loaded<'_>,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
     ) -> bool {
         let mut any = false;
-        for at in 0..self.visited.len() {
-            let n = self.visited[at];
-            let (k, u) = (self.stiffness_n_per_m[n], after.u[n]);
+        for &(n, _) in &self.visited {
+            let (k, u) = (self.stiffness_n_per_m[n], u[n]);
             let of = n * self.law.count..(n + 1) * self.law.count;
             // Without load all junctions slip, however long.
-            let bears = after.threshold_n[n] > 0.0 || after.sliding_friction_n[n] > 0.0;
+            let bears = strength.threshold_n[n] > 0.0 || strength.sliding_friction_n[n] > 0.0;
             for j in of.clone() {
                 let until = state.kept.slips_until_step[j];
-                if bears && until != 0 && until <= after.step {
+                if bears && until != 0 && until <= step {
                     let stretch = u - state.kept.anchor_m[j];
                     self.visits_j += 0.5 * k * stretch * stretch;
                     state.kept.anchor_m[j] = u;
@@ -449,7 +430,7 @@ impl JunctionLoops {
     /// Sets the bit of every contact that begins or ceases to slide.
     pub(crate) fn mark_switches(&self, state: &JunctionState, slip: &[f64], marks: &mut [u64]) {
         marks.fill(0);
-        for &n in &self.visited {
+        for &(n, _) in &self.visited {
             let switches = self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
             marks[n / 64] |= u64::from(switches) << (n % 64);
         }
@@ -461,7 +442,7 @@ impl JunctionLoops {
     pub(crate) fn heat_and_scheme_j(&self, velocity_m_per_s: &[f64]) -> [f64; 2] {
         let (dt, k) = (self.step_s, &self.stiffness_n_per_m);
         let [dragged_j, stretch] = kernels::heat_and_stretch(&self.heat_j, k, velocity_m_per_s);
-        let broken = self.visited.iter().zip(&self.broken_m);
+        let broken = self.visited.iter();
         let broken_j: f64 = broken.map(|(n, moved_m)| k[*n] * moved_m * dt * velocity_m_per_s[*n]).sum();
         [dragged_j + (self.visits_j + broken_j), 0.5 * self.law.count as f64 * dt * dt * stretch]
     }

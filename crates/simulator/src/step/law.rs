@@ -16,7 +16,7 @@ use crate::step::state::SliderState;
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     /// Friction of all contacts of a lattice; returns whether any may switch.
-    fn rub(&self, contacts: &mut ContactInputs<'_, D>) -> bool;
+    fn apply_friction(&self, contacts: &mut ContactInputs<'_, D>) -> bool;
     /// Sets the bit of every contact that switches in a step, or may switch if contacts age.
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>);
     /// Updates the memory of all contacts after a step, for a law with memory, given their `mu_d p` in the
@@ -32,17 +32,13 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
     fn step_work(&self, moved: &Moved<'_>) -> StepWork;
 }
 
-/// The loops compiled for one law.
-#[derive(Debug)]
-pub(crate) struct Loops<L>(pub(crate) L);
-
-impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
-    fn rub(&self, contacts: &mut ContactInputs<'_, D>) -> bool {
-        kernels::apply_friction(contacts, &self.0)
+impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for L {
+    fn apply_friction(&self, contacts: &mut ContactInputs<'_, D>) -> bool {
+        kernels::apply_friction(contacts, self)
     }
 
     fn switching(&self, marks: &mut [u64], after: &After<'_, D>) {
-        kernels::switching(marks, after, &self.0);
+        kernels::switching(marks, after, self);
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]) {
@@ -61,18 +57,18 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
                 velocity_m_per_s: std::array::from_fn(|axis| state.velocity_m_per_s[axis * nodes + n]),
                 friction_n: sliding_friction[n],
             };
-            self.0.remember(&after, memory);
+            ContactLaw::remember(self, &after, memory);
         }
     }
 }
 
-impl<L: ContactLaw> ChainLoops for Loops<L> {
+impl<L: ContactLaw> ChainLoops for L {
     fn step(&self, (u_new, v_new): (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool {
-        kernels::step(u_new, v_new, tau, old, &self.0)
+        kernels::step(u_new, v_new, tau, old, self)
     }
 
     fn step_work(&self, moved: &Moved<'_>) -> StepWork {
-        kernels::step_work(moved, &self.0)
+        kernels::step_work(moved, self)
     }
 }
 
@@ -81,7 +77,7 @@ impl<L: ContactLaw> ChainLoops for Loops<L> {
 /// # Panics
 /// If the law has no form for these; scenarios refuse that.
 pub(crate) fn loops_over_area(law: Law) -> Arc<dyn ContactLoops<2>> {
-    Arc::new(Loops(law.over_area().expect("a scenario has a law that is known over an area")))
+    Arc::new(law.over_area().expect("a scenario has a law that is known over an area"))
 }
 
 /// The loops for the law of a plan.
@@ -90,7 +86,7 @@ pub(crate) fn loops(law: Law) -> Arc<dyn ChainLoops> {
     impl WithLaw for Compiled {
         type Output = Arc<dyn ChainLoops>;
         fn with<L: ContactLaw>(self, law: L) -> Arc<dyn ChainLoops> {
-            Arc::new(Loops(law))
+            Arc::new(law)
         }
     }
     law.with(Compiled)

@@ -24,9 +24,6 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// The solver's name in run headers and on the command line.
-    pub const NAME: &'static str = "plain";
-
     /// A solver at the start of a plan.
     pub fn new(plan: impl Into<Arc<Plan>>) -> Plain {
         Plain::at_start(plan.into())
@@ -64,10 +61,6 @@ impl Plain {
 }
 
 impl Solver for Plain {
-    fn name(&self) -> &'static str {
-        Plain::NAME
-    }
-
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
         let steps = steps_between_looks(&self.plan);
         let until_step = |plan: &Plan, step: u64| plan.steps.min(step.saturating_add(steps));

@@ -45,7 +45,6 @@ pub struct SliderState {
     /// How many contacts slid in the last step.
     pub sliding: u32,
     /// The step in which the drive point stopped or will stop; `u64::MAX` if none is known.
-    #[serde(default = "never")]
     pub hold_step: u64,
     /// Energies up to the last step.
     pub energy: Ledger,
@@ -74,21 +73,9 @@ pub struct SliderState {
     pub adaptive: Option<Box<AdaptiveState>>,
 }
 
-fn never() -> u64 {
-    u64::MAX
-}
-
 impl SliderState {
     /// The slider before the first step: every contact stuck, or as the given state says.
     pub fn initial(plan: &Plan) -> SliderState {
-        let mut state = SliderState::stuck(plan);
-        if let Some(carried) = &plan.initial.carried {
-            state.take_over(plan, carried);
-        }
-        state
-    }
-
-    fn stuck(plan: &Plan) -> SliderState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;
         let hold_step = plan.hold_step_at_start();
@@ -101,7 +88,7 @@ impl SliderState {
         let is_given = plan.has_given_loads();
         let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();
-        SliderState {
+        let mut state = SliderState {
             step: initial.step,
             displacement_m: u.clone(),
             velocity_m_per_s: initial.velocity_m_per_s.clone(),
@@ -125,7 +112,11 @@ impl SliderState {
             friction_state: initial.state.clone(),
             peak_velocity_m_per_s: plan.friction.law.rate_and_state().map(|_| 0.0),
             adaptive: None,
+        };
+        if let Some(carried) = &initial.carried {
+            state.take_over(plan, carried);
         }
+        state
     }
 
     /// Brings a slider with all contacts stuck into a state that another run has left.
@@ -166,11 +157,6 @@ impl SliderState {
                 of_axis[*n as usize] = *force_n;
             }
         }
-    }
-
-    /// Number of contacts that were lifted off in the last step.
-    pub(crate) fn contacts_in_air(&self) -> u64 {
-        self.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count() as u64
     }
 
     /// Checks a loaded state against the plan: sizes, finite values, the step, and that the drive stops

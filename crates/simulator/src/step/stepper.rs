@@ -39,9 +39,6 @@ pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
     state: SliderState,
     body: B,
-    /// Whether the drive pulls both ways, and the law has no friction springs.
-    pulls_both_ways: bool,
-    holds: bool,
     /// The contacts that may switch, as bits.
     marks: Vec<u64>,
     /// The contacts that switched in the last step, counted from 0, ascending.
@@ -66,8 +63,6 @@ impl<B: Body> Stepper<B> {
     pub(crate) fn of(plan: Arc<Plan>, state: SliderState, body: B) -> Stepper<B> {
         Stepper {
             body,
-            pulls_both_ways: plan.drive.pulls_both_ways(),
-            holds: plan.friction.law.holds(),
             marks: vec![0; plan.blocks.div_ceil(64)],
             switched: Vec::new(),
             counters: Counters::default(),
@@ -93,36 +88,20 @@ impl<B: Body> Stepper<B> {
 
     /// The forces of the drive, with its point at the new time and the nodes at their old positions.
     fn drive(&mut self) -> Driving {
-        let Stepper { plan, state, body, pulls_both_ways, .. } = self;
-        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let Stepper { plan, state, body, .. } = self;
         for bond in &plan.end_bonds {
-            bond.blocks().for_each(|block| body.pull_at(block, 0.0));
+            bond.blocks().for_each(|block| body.set_force(block, 0.0));
         }
-        let (mut total_n, mut ends_n, mut along_n) = (0.0, [0.0; 2], 0.0);
-        for spring in &plan.drive.springs {
-            let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
-            body.pull_at(spring.block, force_n);
-            total_n += force_n;
-            along_n += spring.direction * force_n;
-            if spring.block == 0 {
-                ends_n[0] = force_n;
-            } else if spring.block == plan.blocks - 1 {
-                ends_n[1] = force_n;
-            }
-        }
-        if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
-            body.pull_at(0, force_n);
-            total_n += force_n;
-        }
+        let (driving, along_n) = Driving::of(plan, state, |node, force_n| body.set_force(node, force_n));
         for bond in &plan.end_bonds {
             let pull_n = bond.pull_n(&state.displacement_m, &state.velocity_m_per_s);
-            body.pull_more_at(bond.block, pull_n);
+            body.add_force(bond.block, pull_n);
             if let Some(other) = bond.other {
-                body.pull_more_at(other, -pull_n);
+                body.add_force(other, -pull_n);
             }
         }
-        body.add_drive(state, along_n, plan.way_m(state.step, state.hold_step));
-        Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }
+        body.add_drive(state, along_n, plan.drive_step_m(state.step, state.hold_step));
+        driving
     }
 
     /// Puts the switches of this step in force for the next.
@@ -198,7 +177,7 @@ fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) 
             state.stick_position_m[place] = state.displacement_m[freedom] - stretch_m;
         }
     }
-    strength::become_young(plan, state, n);
+    strength::reset_age(plan, state, n);
 }
 
 impl<B: Body> SingleSteps for Stepper<B> {
@@ -229,12 +208,12 @@ impl<B: Body> SingleSteps for Stepper<B> {
         state.step += 1;
         state.sliding = state.detached;
         let load = Load::in_step(plan, state.step, state.hold_step);
-        body.press(plan, state, load);
+        body.apply_load(plan, state, load);
         let driving = self.drive();
         let Stepper { plan, state, body, .. } = self;
         let may_switch = body.advance(plan, state);
         // Under a law without friction springs, contacts stop within this step.
-        let holds = self.holds;
+        let holds = plan.friction.law.holds();
         if !holds {
             body.add_step(plan, state, load);
         }
@@ -249,7 +228,8 @@ impl<B: Body> SingleSteps for Stepper<B> {
         }
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
-        self.counters.contact_steps_in_air += state.contacts_in_air();
+        let in_air = state.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count();
+        self.counters.contact_steps_in_air += in_air as u64;
         if !state.memory.is_empty() {
             body.remember(plan, state, &self.switched);
         }

@@ -5,6 +5,7 @@
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
 use asperity_model::Plan;
+use asperity_model::plan::Ageing;
 
 use crate::step::state::SliderState;
 
@@ -21,7 +22,7 @@ impl Load {
         Load(plan.load_factor(step, hold_step))
     }
 
-    /// The total load of a step, likewise.
+    /// The total load of a step, if the drive stopped in `hold_step`.
     pub(crate) fn of_all(plan: &Plan, step: u64, hold_step: u64) -> Load {
         Load(plan.total_load_factor(step, hold_step))
     }
@@ -140,7 +141,7 @@ impl Strength {
     }
 
     /// Updates them to the normal loads of all contacts.
-    pub(crate) fn bear(&mut self, plan: &Plan, normal_load_n: &[f64]) {
+    pub(crate) fn update(&mut self, plan: &Plan, normal_load_n: &[f64]) {
         for (n, p) in normal_load_n.iter().enumerate() {
             self.threshold_n[n] = plan.friction.static_coefficients[n] * p;
             self.sliding_friction_n[n] = plan.friction.dynamic_coefficients[n] * p;
@@ -174,19 +175,15 @@ pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &
 
 /// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
 pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
+    let since_step = state.stuck_since_step.get(n).copied();
+    aged(plan, plan.friction.static_coefficients[n], |ageing| ageing.coefficient, since_step, state.step)
 }
 
-/// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
-pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
-    let young = plan.friction.static_coefficients[n];
-    match (&plan.friction.ageing, since_step) {
-        (Some(ageing), Some(since_step)) => {
-            let waited_s = (step - since_step) as f64 * plan.grid.step_s();
-            young + ageing.coefficient * libm::log1p(waited_s / ageing.time_s)
-        }
-        _ => young,
-    }
+/// A strength that grows from its value for a contact that has just begun to stick.
+fn aged(plan: &Plan, young: f64, growth: impl Fn(&Ageing) -> f64, since_step: Option<u64>, step: u64) -> f64 {
+    let Some((ageing, since_step)) = plan.friction.ageing.as_ref().zip(since_step) else { return young };
+    let waited_s = (step - since_step) as f64 * plan.grid.step_s();
+    young + growth(ageing) * libm::log1p(waited_s / ageing.time_s)
 }
 
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
@@ -221,7 +218,7 @@ pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -
 }
 
 /// Resets the age of contact `n`, which has just begun to stick.
-pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
+pub(crate) fn reset_age(plan: &Plan, state: &mut SliderState, n: usize) {
     if let Some(since_step) = state.stuck_since_step.get_mut(n) {
         *since_step = state.step;
     }
@@ -232,12 +229,6 @@ pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
 
 /// `(mu_s + b ln(1 + t_w / t_0)) p_n` at the load of the start.
 pub(crate) fn aged_threshold_n(plan: &Plan, n: usize, stuck_since_step: &[u64], step: u64) -> f64 {
-    let young = plan.friction.static_threshold_n[n];
-    match &plan.friction.ageing {
-        None => young,
-        Some(ageing) => {
-            let waited_s = (step - stuck_since_step[n]) as f64 * plan.grid.step_s();
-            young + ageing.growth_n[n] * libm::log1p(waited_s / ageing.time_s)
-        }
-    }
+    let since_step = stuck_since_step.get(n).copied();
+    aged(plan, plan.friction.static_threshold_n[n], |ageing| ageing.growth_n[n], since_step, step)
 }

@@ -76,7 +76,7 @@ pub(super) enum Loops {
     Cube,
 }
 
-/// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, dashpots likewise.
+/// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, and dashpots, over `eta`, the same.
 pub const CHAIN: Table = Table {
     name: "chain",
     axes: &[0],
@@ -215,13 +215,13 @@ impl Table {
     }
 
     /// The squares of the speeds of long waves along `x`, over `k a^2 / m`: of those that swing along
-    /// `x`, and of those that swing across.
-    pub fn long_waves(&self) -> LongWaves {
+    /// `x`, longitudinal ones, and of those that swing across, shear waves; `None` if nodes move along `x` only.
+    pub fn long_waves(&self) -> (f64, Option<f64>) {
         let along = |axis: usize| {
             let part = |offset: &Offset| (offset[0] * offset[0] * offset[axis] * offset[axis]) as f64;
             self.bonds.iter().flat_map(|kind| kind.offsets.iter().map(|o| kind.share() * part(o))).sum()
         };
-        LongWaves { longitudinal: along(0), shear: self.axes.get(1).map(|axis| along(*axis)) }
+        (along(0), self.axes.get(1).map(|axis| along(*axis)))
     }
 }
 
@@ -231,13 +231,4 @@ impl RowOf {
         let RowOf { diagonal, magnitudes, squares } = self;
         RowOf { diagonal, magnitudes: magnitudes + diagonal, squares: squares + diagonal * diagonal }
     }
-}
-
-/// Squares of the speeds of long waves, over `k a^2 / m`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LongWaves {
-    /// Of longitudinal ones.
-    pub longitudinal: f64,
-    /// Speed of shear waves; `None` if nodes move along `x` only.
-    pub shear: Option<f64>,
 }

@@ -13,7 +13,7 @@ use asperity_record::Energy;
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{self, After, Blocks, Moved};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::{JunctionLoops, Loaded};
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ChainLoops, loops};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};
@@ -23,7 +23,10 @@ use crate::step::strength::{Load, Strength};
 pub(crate) struct ChainBody {
     chain: Chain,
     law: Arc<dyn ChainLoops>,
-    junctions: Option<FreeChain>,
+    /// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
+    junctions: Option<JunctionLoops>,
+    /// 1 for every block.
+    free: Vec<f64>,
     /// Displacements, velocities and tangential forces before the step.
     former_displacement_m: Vec<f64>,
     former_velocity_m_per_s: Vec<f64>,
@@ -40,14 +43,6 @@ pub(crate) struct ChainBody {
     accounts: Accounts,
     /// Whether the current step is added by itself, outside any span.
     adds_alone: bool,
-}
-
-/// Contacts of junctions, which pull at the blocks from outside: for all other loops the blocks are free.
-#[derive(Debug, Clone)]
-struct FreeChain {
-    contacts: JunctionLoops,
-    /// 1 for every block.
-    free: Vec<f64>,
 }
 
 impl ChainBody {
@@ -80,8 +75,8 @@ impl OfPlan for ChainBody {
         let zeros = || vec![0.0; chain.nodes];
         ChainBody {
             law: loops(plan.friction.law),
-            junctions: JunctionLoops::of(plan)
-                .map(|contacts| FreeChain { contacts, free: vec![1.0; chain.nodes] }),
+            junctions: JunctionLoops::of(plan),
+            free: vec![1.0; chain.nodes],
             former_displacement_m: zeros(),
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
@@ -121,18 +116,15 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         if plan.contact_load_course.is_some() {
-            plan.follow_loads_n(state.step, state.hold_step, &mut state.normal_load_n);
-            self.strength.bear(plan, &state.normal_load_n);
+            state.normal_load_n = plan.loads_n(state.step, state.hold_step);
+            self.strength.update(plan, &state.normal_load_n);
         } else if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
-        if let Some(course) = &plan.prestress_course {
-            course.follow(state.step, &mut self.prestress_n);
-            for (force, constant) in self.prestress_n.iter_mut().zip(&plan.prestress_n) {
-                *force += constant;
-            }
+        if plan.prestress_course.is_some() {
+            self.prestress_n = plan.outside_n(state.step);
         }
         if self.junctions.is_some() || plan.prestress_course.is_some() {
             match self.prestress_n.as_slice() {
@@ -143,7 +135,7 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+    fn set_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
             None => force_n,
             Some(prestress_n) => prestress_n + force_n,
@@ -151,13 +143,13 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+    fn add_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_force_n[freedom] += force_n;
     }
 
     #[inline]
-    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, way_m: f64) {
-        self.accounts.add_drive_step(&mut state.energy, along_n, way_m);
+    fn add_drive(&mut self, state: &mut SliderState, along_n: f64, moved_m: f64) {
+        self.accounts.add_drive_step(&mut state.energy, along_n, moved_m);
     }
 
     #[inline]
@@ -165,10 +157,8 @@ impl Body for ChainBody {
         let dt = plan.grid.step_s();
         let (step, strength) = (state.step, &self.strength);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded =
-                Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
             let (outer_n, anchor_m) = (&mut self.outer_force_n, &mut state.stick_position_m);
-            junctions.contacts.pull(pinned, anchor_m, outer_n, &loaded);
+            junctions.pull(pinned, anchor_m, outer_n, strength, (step, &state.displacement_m));
         }
         std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
         let old = Blocks {
@@ -178,7 +168,7 @@ impl Body for ChainBody {
             outer_force: &self.outer_force_n,
             is_pulled_inside: self.is_pulled_inside,
             u_stick: &state.stick_position_m,
-            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            slip: if self.junctions.is_some() { &self.free } else { &state.slip },
             threshold: &self.strength.threshold_n,
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
@@ -203,19 +193,17 @@ impl Body for ChainBody {
         let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) else {
             return may_switch;
         };
-        let contacts = &mut junctions.contacts;
         // The tangential force is that without friction.
-        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&contacts.friction_n) {
+        for (tau_n, friction_n) in state.tangential_force_n.iter_mut().zip(&junctions.friction_n) {
             *tau_n += friction_n;
         }
-        let loaded =
-            Loaded::new(step, &state.displacement_m, &strength.threshold_n, &strength.sliding_friction_n);
-        contacts.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded)
+        let after = (step, &state.displacement_m[..]);
+        junctions.repin(pinned, &mut state.stick_position_m, &state.slip, strength, after)
     }
 
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
         if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
-            return junctions.contacts.mark_switches(pinned, &state.slip, marks);
+            return junctions.mark_switches(pinned, &state.slip, marks);
         }
         let after = After {
             slip: &state.slip,
@@ -250,7 +238,7 @@ impl Body for ChainBody {
             v: &self.former_velocity_m_per_s,
             v_new: &state.velocity_m_per_s,
             tau: &state.tangential_force_n,
-            slip: self.junctions.as_ref().map_or(&state.slip, |junctions| &junctions.free),
+            slip: if self.junctions.is_some() { &self.free } else { &state.slip },
             sliding_friction: &self.strength.sliding_friction_n,
             memory: &state.memory,
             kt: &plan.friction.springs_n_per_m,
@@ -271,7 +259,7 @@ impl Body for ChainBody {
         }
         let mut work = self.law.step_work(&moved);
         if let Some(junctions) = &self.junctions {
-            let [heat_j, scheme_j] = junctions.contacts.heat_and_scheme_j(&state.velocity_m_per_s);
+            let [heat_j, scheme_j] = junctions.heat_and_scheme_j(&state.velocity_m_per_s);
             state.energy.friction_heat_j.add(heat_j);
             work.scheme_j += scheme_j;
         }
@@ -281,7 +269,7 @@ impl Body for ChainBody {
     #[inline]
     fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
         if !self.adds_alone {
-            self.accounts.pass(plan, state, is_last);
+            self.accounts.end_single_step(plan, state, is_last);
         }
     }
 

@@ -27,7 +27,7 @@ use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::{JunctionLoops, Loaded};
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ContactLoops, loops, loops_over_area};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};
@@ -104,17 +104,15 @@ impl<const D: usize> LatticeBody<D> {
 
     /// Brings the strength of contacts on the foundation to their heights, and returns the normal loads as
     /// forces on their nodes.
-    fn bear(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
-        let friction = &plan.friction;
+    fn apply_foundation(&mut self, plan: &Plan, state: &mut SliderState, upward: Range<usize>) {
         let rise_m = &state.displacement_m[upward.clone()];
         let outer_n = &mut self.outer_n[upward];
         for n in 0..plan.blocks {
             let normal_load_n = self.lattice.normal_load_n(rise_m[n]);
             state.normal_load_n[n] = normal_load_n;
-            self.strength.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
-            self.strength.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
             outer_n[n] = normal_load_n;
         }
+        self.strength.update(plan, &state.normal_load_n);
     }
 }
 
@@ -130,7 +128,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.initial_j = energy.kinetic_j + energy.elastic_j;
     }
 
-    fn press(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
         let nodes = self.lattice.nodes();
         match self.upward() {
             None => self.strength.follow(plan, state, load),
@@ -146,11 +144,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         }
     }
 
-    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+    fn set_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_n[freedom] = force_n;
     }
 
-    fn pull_more_at(&mut self, freedom: usize, force_n: f64) {
+    fn add_force(&mut self, freedom: usize, force_n: f64) {
         self.outer_n[freedom] += force_n;
     }
 
@@ -180,7 +178,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             kernels::tangential_force(tau_n, springs_n, dashpots_n, outer_n);
         }
         if let Some(upward) = upward {
-            self.bear(plan, state, upward);
+            self.apply_foundation(plan, state, upward);
         }
         let LatticeBody { outer_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
@@ -188,9 +186,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let dt_over_m = dt / plan.block_mass_kg;
         let may_switch = match (&mut self.junctions, &mut state.junctions) {
             (Some(junctions), Some(pinned)) => {
-                let loaded =
-                    Loaded::new(state.step, u, &self.strength.threshold_n, &self.strength.sliding_friction_n);
-                junctions.pull(pinned, &mut state.stick_position_m, outer_n, &loaded);
+                let anchor_m = &mut state.stick_position_m;
+                junctions.pull(pinned, anchor_m, outer_n, &self.strength, (state.step, u));
                 true
             }
             _ => {
@@ -211,20 +208,15 @@ impl<const D: usize> Body for LatticeBody<D> {
                     outer: array::from_fn(|_| outer_n.next().expect("one for each axis")),
                     friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
                 };
-                self.law.rub(contacts)
+                self.law.apply_friction(contacts)
             }
         };
         let LatticeBody { springs_n, dashpots_n, outer_n, .. } = self;
         let (u, v) = (&mut state.displacement_m, &mut state.velocity_m_per_s);
         self.work = kernels::lattice_move(u, v, [springs_n, dashpots_n, outer_n], dt, dt_over_m);
         if let (Some(junctions), Some(pinned)) = (&mut self.junctions, &mut state.junctions) {
-            let loaded = Loaded::new(
-                state.step,
-                &state.displacement_m,
-                &self.strength.threshold_n,
-                &self.strength.sliding_friction_n,
-            );
-            return junctions.settle(pinned, &mut state.stick_position_m, &state.slip, &loaded);
+            let after = (state.step, &state.displacement_m[..]);
+            return junctions.repin(pinned, &mut state.stick_position_m, &state.slip, &self.strength, after);
         }
         may_switch
     }
@@ -266,11 +258,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (mut drive_n, mut bent_j) = (0.0, 0.0);
         for spring in &plan.drive.springs {
-            let (k, way_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
+            let (k, moved_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
             // Its pull with the drive point halfway through its step and the node at its old position.
-            let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - way_m - spring.rest_m);
+            let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - moved_m - spring.rest_m);
             drive_n += k * stretch_m;
-            bent_j += 0.5 * k * way_m * way_m;
+            bent_j += 0.5 * k * moved_m * moved_m;
         }
         let mut heat_j = 0.0;
         // Over an area contacts may be many, and are summed by a kernel.
@@ -283,11 +275,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         let former_z_m = &self.former_displacement_m[D * contacts..];
         for n in 0..if sums_contacts || upward.is_some() { contacts } else { 0 } {
             if sums_contacts {
-                let way_m = dt * v[n];
+                let moved_m = dt * v[n];
                 if state.slip[n] == 0.0 {
-                    bent_j += 0.5 * kt * way_m * way_m;
+                    bent_j += 0.5 * kt * moved_m * moved_m;
                 } else {
-                    heat_j += self.friction_n[n] * way_m;
+                    heat_j += self.friction_n[n] * moved_m;
                 }
             }
             if let Some(upward) = &upward {
@@ -351,6 +343,7 @@ fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
 mod tests {
     use std::sync::Arc;
 
+    use asperity_model::body::lattice::{BLOCK, SHEET};
     use asperity_model::law::magnitude;
     use asperity_model::plan::DriveSpring;
     use asperity_model::resolve;
@@ -376,7 +369,7 @@ mod tests {
             stiffness_n_per_m: 1e6,
             damping_kg_per_s: 20.0,
             foundation_n_per_m: 8e5,
-            ..Lattice::block(columns, lanes, rows)
+            ..Lattice::of(&BLOCK, [columns, lanes, rows])
         };
         let (nodes, contacts) = (lattice.nodes(), lattice.contacts());
         plan.elastic = lattice;
@@ -465,7 +458,7 @@ mod tests {
         let lattice = Lattice {
             stiffness_n_per_m: chain.stiffness_n_per_m,
             damping_kg_per_s: chain.damping_kg_per_s,
-            ..Lattice::sheet(40, 1)
+            ..Lattice::of(&SHEET, [40, 1, 1])
         };
         sheet.elastic = lattice;
         for values in [

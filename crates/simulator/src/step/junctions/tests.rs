@@ -6,8 +6,9 @@ use asperity_model::{Junctions, Plan, mixed};
 use asperity_record::JunctionTotals;
 use asperity_testkit::DirectContact;
 
-use super::{JunctionLoops, JunctionState, Loaded, Stored};
+use super::{JunctionLoops, JunctionState, SavedJunctions};
 use crate::kernels::by_all;
+use crate::step::strength::Strength;
 
 fn plan(sets: &[&str]) -> Plan {
     Plan::new(
@@ -38,16 +39,12 @@ impl Rig {
     /// A step of all contacts from `u` to `new_u` under the loads `p`; returns friction and heat.
     fn step(&mut self, u: &[f64], new_u: &[f64], p: &[f64]) -> (Vec<f64>, f64) {
         self.step += 1;
-        let friction = &self.plan.friction;
-        let times = |mu: &[f64]| mu.iter().zip(p).map(|(mu, p)| mu * p).collect::<Vec<f64>>();
-        let (threshold, sliding) =
-            (times(&friction.static_coefficients), times(&friction.dynamic_coefficients));
+        let mut strength = Strength::new(&self.plan);
+        strength.update(&self.plan, p);
         let mut outer = vec![0.0; u.len()];
-        let before = Loaded::new(self.step, u, &threshold, &sliding);
-        self.loops.pull(&mut self.state, &mut self.mean_anchor, &mut outer, &before);
-        let after = Loaded::new(self.step, new_u, &threshold, &sliding);
+        self.loops.pull(&mut self.state, &mut self.mean_anchor, &mut outer, &strength, (self.step, u));
         let slip = vec![0.0; u.len()];
-        self.loops.settle(&mut self.state, &mut self.mean_anchor, &slip, &after);
+        self.loops.repin(&mut self.state, &mut self.mean_anchor, &slip, &strength, (self.step, new_u));
         let v: Vec<f64> = u.iter().zip(new_u).map(|(u, new)| (new - u) / self.plan.grid.step_s()).collect();
         (self.loops.friction_n.clone(), self.loops.heat_and_scheme_j(&v)[0])
     }
@@ -131,7 +128,7 @@ fn all_instruction_sets_give_the_same_bits_and_a_restored_state_goes_on_to_the_b
             bits.extend(friction.iter().chain([&heat]).chain(&rig.mean_anchor).map(|x| x.to_bits()));
             u = new_u;
             if restore && step % 37 == 0 {
-                let restored = JunctionState::try_from(Stored::from((*rig.state).clone())).unwrap();
+                let restored = JunctionState::try_from(SavedJunctions::from((*rig.state).clone())).unwrap();
                 assert!(restored == *rig.state);
                 *rig.state = restored;
             }
@@ -144,20 +141,21 @@ fn all_instruction_sets_give_the_same_bits_and_a_restored_state_goes_on_to_the_b
 
 #[test]
 fn incomplete_states_are_refused() {
-    let stored = || Stored::from(*JunctionState::initial(&plan(&[])).unwrap());
+    let stored = || SavedJunctions::from(*JunctionState::initial(&plan(&[])).unwrap());
     assert!(JunctionState::try_from(stored()).is_ok());
     for wrong in [
-        Stored { count: 0, ..stored() },
-        Stored { count: 77, ..stored() },
-        Stored { breaks: Vec::new(), ..stored() },
-        Stored { slips_until_step: vec![0; 4999], ..stored() },
+        SavedJunctions { count: 0, ..stored() },
+        SavedJunctions { count: 77, ..stored() },
+        SavedJunctions { breaks: Vec::new(), ..stored() },
+        SavedJunctions { slips_until_step: vec![0; 4999], ..stored() },
     ] {
         assert!(JunctionState::try_from(wrong).is_err());
     }
     let plan = plan(&[]);
     let still = vec![0.0; plan.blocks];
-    let fits =
-        |stored: Stored| JunctionState::try_from(stored).is_ok_and(|state| state.fits(&plan, 9, &still));
+    let fits = |stored: SavedJunctions| {
+        JunctionState::try_from(stored).is_ok_and(|state| state.fits(&plan, 9, &still))
+    };
     assert!(fits(stored()));
     let mut breaks = vec![0; 5000];
     breaks[..2].fill(u64::MAX);
@@ -168,15 +166,15 @@ fn incomplete_states_are_refused() {
         stored.breaks[..count].fill(times);
         stored.slips_until_step[..count].fill(12);
         let breaks = count as u64 * times;
-        Stored { totals: JunctionTotals { breaks, repins: breaks - count as u64 }, ..stored }
+        SavedJunctions { totals: JunctionTotals { breaks, repins: breaks - count as u64 }, ..stored }
     };
     assert!(fits(slips(49, 9)));
     for wrong in [
-        Stored { anchor_m: vec![f64::INFINITY; 5000], ..stored() },
-        Stored { breaks, ..stored() },
-        Stored { totals: one, ..stored() },
-        Stored { totals_before: one, ..stored() },
-        Stored { slips_until_step: vec![7; 5000], ..stored() },
+        SavedJunctions { anchor_m: vec![f64::INFINITY; 5000], ..stored() },
+        SavedJunctions { breaks, ..stored() },
+        SavedJunctions { totals: one, ..stored() },
+        SavedJunctions { totals_before: one, ..stored() },
+        SavedJunctions { slips_until_step: vec![7; 5000], ..stored() },
         slips(50, 9),
         slips(49, 10),
     ] {
@@ -247,7 +245,7 @@ fn behind_an_arrested_front_contacts_slip_slowly() {
             let law = law(&rig.plan);
             // All slip forwards, in balance with the spring at u = 0.
             let steps = (0..100).map(|j| law.slip_steps(0, j, 1, 1e-6)).collect();
-            *rig.state = JunctionState::of(Stored {
+            *rig.state = JunctionState::of(SavedJunctions {
                 count: 100,
                 anchor_m: vec![-d; 100],
                 slips_until_step: steps,

@@ -122,7 +122,7 @@ fn a_parquet_table_that_cannot_be_written_is_named_with_the_reason() {
     crate::support::small::run(&log);
     let output = asperity(&["diff", text(&log), text(&log), "--matches", text(&matches)]);
     let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(said, "error: /dev/full: No space left on device (os error 28)\n");
+    assert_eq!(said, "error: failed to write /dev/full: No space left on device (os error 28)\n");
 }
 
 #[test]

@@ -14,7 +14,7 @@ use asperity_tables::format::State;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
-use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, TableFileError, name_of};
+use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, name_of};
 use clap::{Args, ValueEnum};
 
 use crate::exit::{self, Code, Failure};
@@ -404,7 +404,6 @@ fn state(verdict: Verdict) -> State {
 fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::Choice(_) => Failure::bad_input(error),
-        ExportError::Table(TableFileError::File(error)) => refused("--out", &error, true),
-        ExportError::Table(_) => Failure::failed(error),
+        ExportError::File(error) => refused("--out", &error, true),
     }
 }

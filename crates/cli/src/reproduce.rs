@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::of_one_run::{Kind, Target};
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
@@ -13,7 +13,7 @@ use asperity_record::{Observer, Record};
 use asperity_run::{Checked, OpenLog, SolverKind};
 use asperity_study::{Reproduction, StudyError, record};
 use asperity_tables::table_files::{self, LoadTable};
-use asperity_tables::{Table, TableFileError, summaries, tables};
+use asperity_tables::{Table, summaries, tables};
 use clap::Args;
 
 use crate::exit::Failure;
@@ -166,7 +166,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
 }
 
 /// The table of loads of a log that is read, or the first failure to write it.
-struct Loads(Result<LoadTable, TableFileError>);
+struct Loads(Result<LoadTable, FileError>);
 
 impl Observer for Loads {
     fn record(&mut self, record: &Record) {

@@ -1,6 +1,6 @@
 //! Why two sides cannot be compared.
 
-use asperity_tables::TableFileError;
+use asperity_files::FileError;
 
 /// Two sides that cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -10,11 +10,11 @@ pub enum CompareError {
     Input(String),
     /// A file would be written over one that is read.
     #[error(transparent)]
-    File(#[from] asperity_files::FileError),
+    File(#[from] FileError),
     /// The file of matches cannot be begun.
     #[error(transparent)]
-    NoMatchesFile(TableFileError),
+    NoMatchesFile(FileError),
     /// Matches cannot be written.
     #[error(transparent)]
-    Matches(TableFileError),
+    Matches(FileError),
 }

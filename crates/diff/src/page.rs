@@ -7,9 +7,7 @@
 
 use std::fmt::Display;
 
-use asperity_report::html::markup::{
-    Cell as Td, Row as Tr, json, paragraph, section, sortable_table, table, text,
-};
+use asperity_report::html::markup::{Cell as Td, Row as Tr, json, paragraph, section, table, text};
 use asperity_report::html::{Document, MAP, Part};
 
 use crate::document::{self, Block, Cell, Row, Table, title};
@@ -73,11 +71,8 @@ fn block(block: Block) -> String {
 fn set(of: Table) -> String {
     let Table { caption, headings, rows, is_of_runs, left_out, .. } = of;
     let rows = rows.iter().map(row);
-    let mut out = match is_of_runs {
-        true => sortable_table("runs", "", &headings, rows),
-        false => table("", &headings, rows),
-    };
-    out = format!("<div class=\"wide\">{out}</div>\n");
+    let out = table(if is_of_runs { "runs" } else { "" }, "", &headings, rows);
+    let mut out = format!("<div class=\"wide\">{out}</div>\n");
     if left_out > 0 {
         let words = format!("{left_out} more are not listed here; --format json and --matches have them.");
         out = paragraph(&words) + &out;

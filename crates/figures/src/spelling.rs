@@ -1,5 +1,10 @@
 //! Doc comments as words on a page: code in them is how the sources write symbols.
 
+/// Symbols in doc comments, as these write them.
+const SYMBOLS: &str = "F_T / F_N, L_p / L, L_p = L, mu_s / mu_d, mu_d, mu_s, mu_s F_N, mu_d F_N, mu_s p_n, mu_d p_n, \
+                       f_0 F_N, f_0 p_n, tau / p, tau_n / p_n, tau_n, tau, 2 tau / gamma, alpha, \
+                       alpha = (mu_s + mu_d) / 2, F_N, F_T, p";
+
 /// The words of a doc comment as they stand on a page.
 pub fn spelled(text: &str) -> String {
     let mut line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -7,30 +12,12 @@ pub fn spelled(text: &str) -> String {
     for link in ["[`LoadCurve`]", "[`balance_load_ratio`]", "[`screened_load_ratio`]"] {
         line = line.replace(link, "the [load in time](model.md#the-load-in-time)");
     }
-    const SYMBOLS: [(&str, &str); 20] = [
-        ("`F_T / F_N`", "F_T/F_N"),
-        ("`L_p / L`", "L_p/L"),
-        ("`L_p = L`", "L_p = L"),
-        ("`mu_s / mu_d`", "μ_s/μ_d"),
-        ("`mu_d`", "μ_d"),
-        ("`mu_s`", "μ_s"),
-        ("`mu_s F_N`", "μ_s F_N"),
-        ("`mu_d F_N`", "μ_d F_N"),
-        ("`mu_s p_n`", "μ_s p_n"),
-        ("`mu_d p_n`", "μ_d p_n"),
-        ("`f_0 F_N`", "f_0 F_N"),
-        ("`f_0 p_n`", "f_0 p_n"),
-        ("`tau / p`", "τ/p"),
-        ("`tau_n / p_n`", "τ_n/p_n"),
-        ("`tau_n`", "τ_n"),
-        ("`tau`", "τ"),
-        ("`alpha = (mu_s + mu_d) / 2`", "α = (μ_s + μ_d)/2"),
-        ("`alpha`", "α"),
-        ("`2 tau / gamma`", "2τ/γ"),
-        ("`F_N`", "F_N"),
-    ];
-    for (written, printed) in SYMBOLS {
-        line = line.replace(written, printed);
+    for symbol in SYMBOLS.split(", ") {
+        let printed =
+            [(" / ", "/"), ("2 tau", "2τ"), ("alpha", "α"), ("gamma", "γ"), ("mu", "μ"), ("tau", "τ")]
+                .iter()
+                .fold(symbol.to_owned(), |printed, (written, letter)| printed.replace(written, letter));
+        line = line.replace(&format!("`{symbol}`"), &printed);
     }
-    line.replace("`F_T`", "F_T").replace("`p`", "p")
+    line
 }

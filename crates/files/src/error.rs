@@ -59,7 +59,7 @@ pub enum FileError {
 
 impl FileError {
     /// Wraps an I/O error with its path.
-    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> FileError {
+    pub fn io(path: &Path) -> impl Fn(io::Error) -> FileError {
         let path = path.to_owned();
         move |error| match error.kind() {
             io::ErrorKind::NotADirectory => {

@@ -5,7 +5,7 @@ use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
 use asperity_numbers::claims::{Kind, Speaker, Verdict};
 
-use crate::html::markup::{self, Cell, Row, section_id, sortable_table, table, text};
+use crate::html::markup::{self, Cell, Row, section_id, table, text};
 use crate::symbols::{formulas, lettered, number, rounded, symbol};
 
 /// The mark that a verdict has beside its word, and the class of its colour.
@@ -85,7 +85,7 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
         return String::new();
     }
     let verdicts = Verdict::ALL.map(|(verdict, word, _)| format!("#{} {word}", mark(verdict).0));
-    table("", &[["says", "kind"].map(str::to_owned).as_slice(), &verdicts].concat(), rows)
+    table("", "", &[["says", "kind"].map(str::to_owned).as_slice(), &verdicts].concat(), rows)
 }
 
 /// A verdict, distinguished by word, mark and colour.
@@ -290,7 +290,7 @@ pub(crate) fn all(claims: &[Claim], about: About<'_>) -> String {
             Row::from(cells)
         });
         out += &format!("<h3>{title}</h3>\n");
-        out += &sortable_table(&format!("claims-{number}"), "", &headings, rows);
+        out += &table(&format!("claims-{number}"), "", &headings, rows);
     }
     out
 }

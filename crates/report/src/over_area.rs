@@ -6,13 +6,14 @@
 use std::collections::BTreeMap;
 
 use asperity_model::Plan;
+use asperity_record::rounded as round;
 use serde::Serialize;
 
 use crate::html::Part;
 use crate::html::markup::text;
 use crate::page_collector::{Cell, CollectedRupture};
 use crate::study::Run;
-use crate::symbols::{lettered, round, rounded, spelled};
+use crate::symbols::{lettered, rounded, spelled};
 
 /// Style and script, for pages with a run over an area.
 pub(crate) const PART: Part =

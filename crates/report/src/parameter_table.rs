@@ -71,7 +71,7 @@ pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> Stri
             Cell::Html(meaning(key)),
         ])
     });
-    table("", &["symbol", "#value", "unit", "key", "meaning"], rows)
+    table("", "", &["symbol", "#value", "unit", "key", "meaning"], rows)
 }
 
 /// The model in a few numbers, shown beside its sketch.

@@ -6,16 +6,17 @@ use std::collections::BTreeMap;
 use asperity_model::scenario::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::{Summary, front_speed_m_per_s};
+use asperity_record::rounded as round;
 use serde::Serialize;
 
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
-use crate::html::markup::{Cell, Row, counted, json, paragraph, sortable_table, table, text};
+use crate::html::markup::{Cell, Row, counted, json, paragraph, table, text};
 use crate::over_area::{self, OverArea};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
-use crate::symbols::{lettered, number, round, rounded};
+use crate::symbols::{lettered, number, rounded};
 use crate::verdict::{SPEED_DIGITS, verdict};
 
 /// Most ruptures of a run described in words.
@@ -178,7 +179,7 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
             paragraph(&format!("They differ in {more}, which stand with each run."))
         }
     };
-    format!("{}{more}", sortable_table("runs-in-numbers", "", &headings, rows))
+    format!("{}{more}", table("runs-in-numbers", "", &headings, rows))
 }
 
 /// The pair of load curve and map, of whichever run is chosen.
@@ -341,7 +342,7 @@ fn widest(run: &Run) -> String {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),
     };
-    table(&caption, &headings, rows)
+    table("", &caption, &headings, rows)
 }
 
 /// The numbers of a summary by their groups.
@@ -358,7 +359,7 @@ fn numbers(summary: &Summary) -> String {
     });
     format!(
         "<details><summary>All numbers of this run</summary>\n{}</details>\n",
-        table("", &["of", "number", "#value", "unit"], rows)
+        table("", "", &["of", "number", "#value", "unit"], rows)
     )
 }
 

@@ -9,7 +9,7 @@ use asperity_record::Cell as Stored;
 use crate::claims;
 use crate::figures::{Figure, about, further, result};
 use crate::html::Document;
-use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, sortable_table, table, text};
+use crate::html::markup::{self, Cell, Row, paragraph, sections_with_contents, table, text};
 use crate::page::{STYLE, footer};
 use crate::parameter_table::{self, Parameters, main as main_of, meaning, parameters};
 use crate::runs::links;
@@ -79,7 +79,7 @@ impl Sweep {
                 key.map_or(Cell::None, |key| Cell::Html(meaning(key))),
             ])
         });
-        let varied = table("What varies", &["symbol", "key", "values", "meaning"], rows);
+        let varied = table("", "What varies", &["symbol", "key", "values", "meaning"], rows);
         let made = self
             .code_version
             .as_ref()
@@ -151,7 +151,7 @@ impl Sweep {
             }));
             Row::from(cells)
         });
-        Some(format!("<h3>{}</h3>\n{}", self.heading(value), table("", &headings, rows)))
+        Some(format!("<h3>{}</h3>\n{}", self.heading(value), table("", "", &headings, rows)))
     }
 
     /// The name of a column, with its unit.
@@ -199,7 +199,7 @@ impl Sweep {
                 self.rows.len()
             ));
         }
-        said + &sortable_table("runs", "", &headings, rows)
+        said + &table("runs", "", &headings, rows)
     }
 
     /// The number of a run, with its state and the command that makes its log.

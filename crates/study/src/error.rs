@@ -5,7 +5,6 @@ use std::path::Path;
 use asperity_figures::draw::FigureError;
 use asperity_files::FileError;
 use asperity_numbers::run_data::NotKept;
-use asperity_tables::TableFileError;
 
 /// Why a study cannot be read, made or written.
 #[derive(Debug, thiserror::Error)]
@@ -55,14 +54,5 @@ impl From<FigureError> for StudyError {
 impl From<NotKept> for StudyError {
     fn from(error: NotKept) -> StudyError {
         StudyError::failed(error)
-    }
-}
-
-impl From<TableFileError> for StudyError {
-    fn from(error: TableFileError) -> StudyError {
-        match error {
-            TableFileError::File(error) => StudyError::File(error),
-            error => StudyError::failed(error),
-        }
     }
 }

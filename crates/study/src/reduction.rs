@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use asperity_figures::draw::Gathering;
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::Summary;
@@ -20,7 +20,7 @@ use asperity_numbers::run_data::Collector;
 use asperity_record::{Cell, Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Figure, Limits, PageCollector, Run, Study as Page};
 use asperity_tables::table_files::{self, LoadTable};
-use asperity_tables::{Table, TableFileError, summaries, tables};
+use asperity_tables::{Table, summaries, tables};
 
 use crate::error::StudyError;
 use crate::pipeline::{CLAIMS, CLAIMS_PAGE, Pipeline, REPORT, precursor_table, table_of};
@@ -99,7 +99,7 @@ pub struct Passing {
     loads: LoadTable,
     page: PageCollector,
     /// The first failure to write the load table.
-    written: Result<(), TableFileError>,
+    written: Result<(), FileError>,
 }
 
 impl Observer for Passing {

@@ -8,12 +8,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_record::{Cell, Column, Event, EventKind, Observer, Record, RunHeader};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::error::TableFileError;
 use crate::format::{Format, State};
 use crate::rows::NodeRows;
 use crate::run_tables::{ChoiceError, Chosen, RunTables};
@@ -46,8 +45,8 @@ pub enum ExportError {
     #[error(transparent)]
     Choice(#[from] ChoiceError),
     /// A file cannot have its name, and none has been written; or a table cannot be written.
-    #[error("failed to write {0}")]
-    Table(#[from] TableFileError),
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// The result of an export.
@@ -121,7 +120,7 @@ impl Export {
         let header = header.clone();
         let export = Export { header, scenario_toml, request, format, tables, outputs, files, failed: None };
         let all = paths.into_iter().chain([export.manifest_path()]);
-        export.files.reserve(all).map_err(TableFileError::File)?;
+        export.files.reserve(all)?;
         Ok(export)
     }
 
@@ -208,9 +207,9 @@ impl Export {
             Manifest { run: &header, scenario_toml: &scenario_toml, log, from_s, to_s, tables: entries };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
-        files.write_record(&manifest_path, manifest + "\n").map_err(TableFileError::File)?;
+        files.write_record(&manifest_path, manifest + "\n")?;
         written.push((manifest_path, None));
-        files.publish().map_err(TableFileError::File)?;
+        files.publish()?;
         Ok(written)
     }
 

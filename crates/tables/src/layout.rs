@@ -6,7 +6,7 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use asperity_record::{Column, ColumnKind, FieldRecord, Parts, StepRecord};
+use asperity_record::{Cell, Column, ColumnKind, FieldRecord, Parts, StepRecord, WindowRecord};
 
 use crate::table::Table;
 
@@ -122,59 +122,66 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
     columns
 }
 
+/// A column of states of blocks, the cells of a state in it, and whether the table has it.
+pub(crate) type ArrayColumn<'a> = (Column, Box<dyn ExactSizeIterator<Item = Cell> + 'a>, bool);
+
+fn array(column: Column, values: &[f64], is_there: bool) -> ArrayColumn<'_> {
+    (column, Box::new(values.iter().copied().map(Cell::Number)), is_there)
+}
+
+fn columns_of<'a>(same: &[Column], arrays: impl IntoIterator<Item = ArrayColumn<'a>>) -> Vec<Column> {
+    let arrays = arrays.into_iter().filter(|(.., is_there)| *is_there).map(|(column, ..)| column);
+    same.iter().cloned().chain(arrays).collect()
+}
+
 /// The columns of the table of states of all blocks.
 pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
-    let mut columns = vec![
-        STEP_COLUMN,
-        TIME,
-        BLOCK,
-        DISPLACEMENT,
-        VELOCITY,
-        TANGENTIAL_FORCE,
-        number("stick_position_m", "Anchor of the friction spring; without meaning while the block slides."),
-        flag("detached", "Whether the block enters the next step detached."),
-    ];
-    if parts.contact_loads {
-        columns.push(number("normal_load_n", "Normal load on the contact that this step's update used."));
-    }
-    if parts.junctions {
-        columns.extend([
-            JUNCTIONS_SLIPPING,
-            number(
-                "pinned_mean_ratio",
-                "Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if none is pinned, or the contact bears nothing.",
-            ),
-            number(
-                "pinned_width_ratio",
-                "Width of the uniform distribution with the standard deviation of these forces, over the same load; 0 likewise.",
-            ),
-        ]);
-    }
-    columns.extend(parts.state.then_some(STATE));
-    if parts.area {
-        columns.extend(ACROSS);
-        columns.push(number(
-            "stick_position_across_m",
-            "Anchor of the friction spring across it; without meaning while the contact slides.",
-        ));
-    }
-    columns
+    columns_of(&[STEP_COLUMN, TIME, BLOCK], fields_arrays(&FieldRecord::default(), parts))
+}
+
+/// Those of its columns that arrays of a state fill.
+pub(crate) fn fields_arrays(of: &FieldRecord, parts: StepParts) -> Vec<ArrayColumn<'_>> {
+    let StepParts { contact_loads, junctions, state, area, .. } = parts;
+    let detached = of.detached.iter().map(|flag| Cell::Flag(*flag != 0));
+    let slipping = of.junctions_slipping.iter().copied().map(Cell::Count);
+    let [displacement_across, velocity_across, force_across] = ACROSS;
+    vec![
+        array(DISPLACEMENT, &of.displacement_m, true),
+        array(VELOCITY, &of.velocity_m_per_s, true),
+        array(TANGENTIAL_FORCE, &of.tangential_force_n, true),
+        array(STICK_POSITION, &of.stick_position_m, true),
+        (DETACHED, Box::new(detached), true),
+        array(CONTACT_LOAD, &of.normal_load_n, contact_loads),
+        (JUNCTIONS_SLIPPING, Box::new(slipping), junctions),
+        array(PINNED_MEAN, &of.pinned_mean_ratio, junctions),
+        array(PINNED_WIDTH, &of.pinned_width_ratio, junctions),
+        array(STATE, &of.state, state),
+        array(displacement_across, &of.displacement_across_m, area),
+        array(velocity_across, &of.velocity_across_m_per_s, area),
+        array(force_across, &of.tangential_force_across_n, area),
+        array(STICK_POSITION_ACROSS, &of.stick_position_across_m, area),
+    ]
 }
 
 /// The columns of the table of dense windows.
 fn window_columns(parts: StepParts) -> Vec<Column> {
-    let mut columns = vec![
-        count("window", "Which dense window of the scenario this belongs to, counted from 0."),
-        STEP_COLUMN,
-        TIME,
-        count("sliding", "How many blocks of the whole chain slid in this step."),
-        BLOCK,
-        DISPLACEMENT,
-        VELOCITY,
-        TANGENTIAL_FORCE,
-    ];
-    columns.extend(parts.area.then_some(ACROSS).into_iter().flatten());
-    columns
+    let window = count("window", "Which dense window of the scenario this belongs to, counted from 0.");
+    let sliding = count("sliding", "How many blocks of the whole chain slid in this step.");
+    let same = [window, STEP_COLUMN, TIME, sliding, BLOCK];
+    columns_of(&same, window_arrays(&WindowRecord::default(), parts))
+}
+
+/// Those of its columns that arrays of a record fill.
+pub(crate) fn window_arrays(of: &WindowRecord, parts: StepParts) -> Vec<ArrayColumn<'_>> {
+    let [displacement_across, velocity_across, force_across] = ACROSS;
+    vec![
+        array(DISPLACEMENT, &of.displacement_m, true),
+        array(VELOCITY, &of.velocity_m_per_s, true),
+        array(TANGENTIAL_FORCE, &of.tangential_force_n, true),
+        array(displacement_across, &of.displacement_across_m, parts.area),
+        array(velocity_across, &of.velocity_across_m_per_s, parts.area),
+        array(force_across, &of.tangential_force_across_n, parts.area),
+    ]
 }
 
 /// The columns of the table of step records.
@@ -229,6 +236,24 @@ const DISPLACEMENT: Column = number("displacement_m", "Displacement from the ini
 const VELOCITY: Column = number("velocity_m_per_s", "Velocity after the step.");
 const TANGENTIAL_FORCE: Column =
     number("tangential_force_n", "Tangential force without friction that this step's update used.");
+
+const STICK_POSITION: Column =
+    number("stick_position_m", "Anchor of the friction spring; without meaning while the block slides.");
+const DETACHED: Column = flag("detached", "Whether the block enters the next step detached.");
+const CONTACT_LOAD: Column =
+    number("normal_load_n", "Normal load on the contact that this step's update used.");
+const PINNED_MEAN: Column = number(
+    "pinned_mean_ratio",
+    "Mean force of the contact's pinned junctions over the load that each bears, `p_n / N_s`; 0 if none is pinned, or the contact bears nothing.",
+);
+const PINNED_WIDTH: Column = number(
+    "pinned_width_ratio",
+    "Width of the uniform distribution with the standard deviation of these forces, over the same load; 0 likewise.",
+);
+const STICK_POSITION_ACROSS: Column = number(
+    "stick_position_across_m",
+    "Anchor of the friction spring across it; without meaning while the contact slides.",
+);
 
 /// Components across the sliding direction.
 const ACROSS: [Column; 3] = [

@@ -52,7 +52,6 @@
 
 mod comma;
 pub mod curves;
-mod error;
 pub mod export;
 mod foreign;
 pub mod format;
@@ -68,7 +67,6 @@ pub mod tables;
 pub mod vtk;
 
 pub use comma::{CsvRows, Spelling};
-pub use error::TableFileError;
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use format::Format;
 pub use rows::NodeRows;

@@ -4,8 +4,8 @@ use asperity_record::{
     Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
 
-use crate::layout::{FIELDS, StepParts, WINDOW};
-use crate::table::{Array, Table};
+use crate::layout::{ArrayColumn, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
+use crate::table::Table;
 
 /// A record with an array that does not have one value per block.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,25 +16,27 @@ pub(crate) struct Ragged {
     lengths: Vec<usize>,
 }
 
-/// Adds the rows of a state, one per block, which begin with the same cells: arrays, and whether the table has columns
-/// for them.
+/// Adds the rows of a state, one per block, which begin with the same cells and the block.
 fn blocks(
     table: &mut Table,
     topic: &'static str,
     step: u64,
     same: &[Cell],
     first_block: u32,
-    arrays: &[(Array<'_>, bool)],
+    arrays: Vec<ArrayColumn<'_>>,
 ) -> Result<(), Ragged> {
     // Values without a column are an error, as too few values are.
-    let needed = arrays.iter().filter(|(values, has_column)| *has_column || values.len() > 0);
+    let needed = arrays.iter().filter(|(_, values, is_there)| *is_there || values.len() > 0);
     let lengths: Vec<usize> =
-        needed.map(|(values, has_column)| if *has_column { values.len() } else { 0 }).collect();
+        needed.map(|(_, values, is_there)| if *is_there { values.len() } else { 0 }).collect();
     if lengths.iter().any(|length| *length != lengths[0]) {
         return Err(Ragged { topic, step, lengths });
     }
-    let arrays = arrays.iter().filter(|(_, has_column)| *has_column).map(|(values, _)| *values);
-    table.push_arrays(lengths[0], same, first_block, &arrays.collect::<Vec<_>>());
+    let mut arrays: Vec<_> = arrays.into_iter().map(|(_, values, _)| values).collect();
+    for block in (first_block..).take(lengths[0]) {
+        let cells = same.iter().cloned().chain([Cell::Count(block)]);
+        table.push(cells.chain(arrays.iter_mut().filter_map(Iterator::next)));
+    }
     Ok(())
 }
 
@@ -90,43 +92,18 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
 }
 
 pub(crate) fn fields(table: &mut Table, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
-    let StepParts { contact_loads, junctions, state, area, .. } = parts;
-    let arrays = [
-        (Array::Numbers(&record.displacement_m), true),
-        (Array::Numbers(&record.velocity_m_per_s), true),
-        (Array::Numbers(&record.tangential_force_n), true),
-        (Array::Numbers(&record.stick_position_m), true),
-        (Array::Flags(&record.detached), true),
-        (Array::Numbers(&record.normal_load_n), contact_loads),
-        (Array::Counts(&record.junctions_slipping), junctions),
-        (Array::Numbers(&record.pinned_mean_ratio), junctions),
-        (Array::Numbers(&record.pinned_width_ratio), junctions),
-        (Array::Numbers(&record.state), state),
-        (Array::Numbers(&record.displacement_across_m), area),
-        (Array::Numbers(&record.velocity_across_m_per_s), area),
-        (Array::Numbers(&record.tangential_force_across_n), area),
-        (Array::Numbers(&record.stick_position_across_m), area),
-    ];
     let same = [Cell::Step(record.step), Cell::Number(record.time_s)];
-    blocks(table, FIELDS, record.step, &same, 1, &arrays)
+    blocks(table, FIELDS, record.step, &same, 1, fields_arrays(record, parts))
 }
 
 pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts) -> Result<(), Ragged> {
-    let arrays = [
-        (Array::Numbers(&record.displacement_m), true),
-        (Array::Numbers(&record.velocity_m_per_s), true),
-        (Array::Numbers(&record.tangential_force_n), true),
-        (Array::Numbers(&record.displacement_across_m), parts.area),
-        (Array::Numbers(&record.velocity_across_m_per_s), parts.area),
-        (Array::Numbers(&record.tangential_force_across_n), parts.area),
-    ];
     let same = [
         Cell::Count(record.window),
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Count(record.sliding),
     ];
-    blocks(table, WINDOW, record.step, &same, record.first_block, &arrays)
+    blocks(table, WINDOW, record.step, &same, record.first_block, window_arrays(record, parts))
 }
 
 /// The nodes of a slab, a sheet or a body after a step.

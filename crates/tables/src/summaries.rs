@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use asperity_files::FileSet;
+use asperity_files::{FileError, FileSet};
 use asperity_numbers::Summary;
 
-use crate::error::TableFileError;
 use crate::{CsvRows, Spelling};
 
 /// The table of all.
@@ -21,8 +20,8 @@ pub fn write_table<'a>(
     files: &FileSet,
     path: &Path,
     summaries: impl IntoIterator<Item = &'a Summary>,
-) -> Result<(), TableFileError> {
-    let failed = TableFileError::at(path);
+) -> Result<(), FileError> {
+    let failed = FileError::io(path);
     let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
     let mut rows = CsvRows::headed(files.create(path)?, names, Spelling::Scientific).map_err(&failed)?;
     summaries.into_iter().try_for_each(|summary| rows.push_texts(summary.row())).map_err(&failed)?;
@@ -33,7 +32,7 @@ pub fn write_table<'a>(
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn write_json(files: &FileSet, path: &Path, summary: &Summary) -> Result<(), TableFileError> {
+pub fn write_json(files: &FileSet, path: &Path, summary: &Summary) -> Result<(), FileError> {
     let text = serde_json::to_string_pretty(summary).expect("texts and finite numbers can always be JSON");
-    Ok(files.write(path, text + "\n")?)
+    files.write(path, text + "\n")
 }

@@ -20,25 +20,6 @@ pub enum Values {
     Words(Vec<Option<Cow<'static, str>>>),
 }
 
-/// An array of a record: a cell for each of several rows.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Array<'a> {
-    Counts(&'a [u32]),
-    Numbers(&'a [f64]),
-    /// Not zero for true.
-    Flags(&'a [u8]),
-}
-
-impl Array<'_> {
-    pub(crate) fn len(self) -> usize {
-        match self {
-            Array::Counts(values) => values.len(),
-            Array::Numbers(values) => values.len(),
-            Array::Flags(values) => values.len(),
-        }
-    }
-}
-
 impl Values {
     fn new(kind: ColumnKind) -> Values {
         match kind {
@@ -50,39 +31,19 @@ impl Values {
         }
     }
 
-    /// Adds a cell, several times.
-    fn push(&mut self, cell: Cell, times: usize) {
-        fn add<T: Clone>(values: &mut Vec<Option<T>>, value: Option<T>, times: usize) {
-            match times {
-                1 => values.push(value),
-                _ => values.resize(values.len() + times, value),
-            }
-        }
+    fn push(&mut self, cell: Cell) {
         match (self, cell) {
-            (Values::Counts(values), Cell::Count(value)) => add(values, Some(value), times),
-            (Values::Steps(values), Cell::Step(value)) => add(values, Some(value), times),
-            (Values::Numbers(values), Cell::Number(value)) => add(values, Some(value), times),
-            (Values::Flags(values), Cell::Flag(value)) => add(values, Some(value), times),
-            (Values::Words(values), Cell::Word(value)) => add(values, Some(value), times),
-            (Values::Counts(values), Cell::Empty) => add(values, None, times),
-            (Values::Steps(values), Cell::Empty) => add(values, None, times),
-            (Values::Numbers(values), Cell::Empty) => add(values, None, times),
-            (Values::Flags(values), Cell::Empty) => add(values, None, times),
-            (Values::Words(values), Cell::Empty) => add(values, None, times),
+            (Values::Counts(values), Cell::Count(value)) => values.push(Some(value)),
+            (Values::Steps(values), Cell::Step(value)) => values.push(Some(value)),
+            (Values::Numbers(values), Cell::Number(value)) => values.push(Some(value)),
+            (Values::Flags(values), Cell::Flag(value)) => values.push(Some(value)),
+            (Values::Words(values), Cell::Word(value)) => values.push(Some(value)),
+            (Values::Counts(values), Cell::Empty) => values.push(None),
+            (Values::Steps(values), Cell::Empty) => values.push(None),
+            (Values::Numbers(values), Cell::Empty) => values.push(None),
+            (Values::Flags(values), Cell::Empty) => values.push(None),
+            (Values::Words(values), Cell::Empty) => values.push(None),
             (values, cell) => panic!("the cell {cell:?} in a column of {values:?}"),
-        }
-    }
-
-    fn extend(&mut self, array: Array<'_>) {
-        match (self, array) {
-            (Values::Counts(values), Array::Counts(array)) => values.extend(array.iter().copied().map(Some)),
-            (Values::Numbers(values), Array::Numbers(array)) => {
-                values.extend(array.iter().copied().map(Some))
-            }
-            (Values::Flags(values), Array::Flags(array)) => {
-                values.extend(array.iter().map(|flag| Some(*flag != 0)));
-            }
-            (values, array) => panic!("{array:?} in a column of {values:?}"),
         }
     }
 
@@ -153,22 +114,10 @@ impl Table {
     /// If its cells are not those of the columns.
     pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
         let mut cells = row.into_iter();
-        let pushed =
-            self.values.iter_mut().zip(&mut cells).map(|(values, cell)| values.push(cell, 1)).count();
+        let pushed = self.values.iter_mut().zip(&mut cells).map(|(values, cell)| values.push(cell)).count();
         let all = pushed + cells.count();
         assert_eq!(all, self.columns.len(), "cells of a row against columns of its table");
         self.rows += 1;
-    }
-
-    /// Adds as many rows as each of the arrays has cells, which all begin with the same cells.
-    pub(crate) fn push_arrays(&mut self, rows: usize, same: &[Cell], counted: u32, arrays: &[Array<'_>]) {
-        let (head, tail) = self.values.split_at_mut(same.len());
-        head.iter_mut().zip(same).for_each(|(values, cell)| values.push(cell.clone(), rows));
-        let (first, others) = tail.split_first_mut().expect("a column of blocks");
-        (counted..).take(rows).for_each(|block| first.push(Cell::Count(block), 1));
-        assert_eq!(others.len(), arrays.len(), "arrays against columns of a table");
-        others.iter_mut().zip(arrays).for_each(|(values, array)| values.extend(*array));
-        self.rows += rows;
     }
 
     /// The cells of the columns.

@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_files::FileSet;
+use asperity_files::{FileError, FileSet};
 use asperity_record::StepRecord;
 
-use crate::error::TableFileError;
 use crate::format::{Format, TableWriter};
 use crate::layout::{STEP, StepParts, step_columns};
 use crate::rows;
@@ -35,7 +34,7 @@ impl TableFiles {
         name: &str,
         formats: &[Format],
         table: &Table,
-    ) -> Result<TableFiles, TableFileError> {
+    ) -> Result<TableFiles, FileError> {
         let path = |format: &Format| (folder.join(format!("{name}.{}", format.extension())), *format);
         TableFiles::at(files, formats.iter().map(path).collect(), table)
     }
@@ -48,12 +47,12 @@ impl TableFiles {
         files: &FileSet,
         paths: Vec<(PathBuf, Format)>,
         table: &Table,
-    ) -> Result<TableFiles, TableFileError> {
+    ) -> Result<TableFiles, FileError> {
         let begin = |(path, format): (PathBuf, Format)| {
-            let writer = format.start(table, files.create(&path)?).map_err(TableFileError::at(&path))?;
+            let writer = format.start(table, files.create(&path)?).map_err(FileError::io(&path))?;
             Ok((path, writer))
         };
-        let writers = paths.into_iter().map(begin).collect::<Result<_, TableFileError>>()?;
+        let writers = paths.into_iter().map(begin).collect::<Result<_, FileError>>()?;
         Ok(TableFiles { writers, rows: 0 })
     }
 
@@ -61,9 +60,9 @@ impl TableFiles {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write(&mut self, table: &mut Table) -> Result<(), TableFileError> {
+    pub fn write(&mut self, table: &mut Table) -> Result<(), FileError> {
         for (path, writer) in &mut self.writers {
-            writer.write(table).map_err(TableFileError::at(path))?;
+            writer.write(table).map_err(FileError::io(path))?;
         }
         self.rows += table.rows() as u64;
         table.clear();
@@ -79,13 +78,13 @@ impl TableFiles {
         mut self,
         table: &mut Table,
         about: &[(String, String)],
-    ) -> Result<Vec<PathBuf>, TableFileError> {
+    ) -> Result<Vec<PathBuf>, FileError> {
         // A table without rows has a row group as well.
         if table.rows() > 0 || self.rows == 0 {
             self.write(table)?;
         }
         let end = |(path, writer): (PathBuf, Box<dyn TableWriter>)| {
-            writer.finish(about).map_err(TableFileError::at(&path)).map(|()| path)
+            writer.finish(about).map_err(FileError::io(&path)).map(|()| path)
         };
         self.writers.into_iter().map(end).collect()
     }
@@ -95,7 +94,7 @@ impl TableFiles {
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(files: &FileSet, folder: &Path, name: &str, mut table: Table) -> Result<(), TableFileError> {
+pub fn write(files: &FileSet, folder: &Path, name: &str, mut table: Table) -> Result<(), FileError> {
     TableFiles::begin(files, folder, name, &REDUCED, &table)?.finish(&mut table, &[]).map(drop)
 }
 
@@ -121,7 +120,7 @@ impl LoadTable {
         folder: &Path,
         name: &str,
         both_ways: bool,
-    ) -> Result<LoadTable, TableFileError> {
+    ) -> Result<LoadTable, FileError> {
         let parts = StepParts { end_forces: both_ways, ..StepParts::default() };
         let table = Table::new(STEP, step_columns(parts));
         let files = TableFiles::begin(files, folder, name, &REDUCED, &table)?;
@@ -132,7 +131,7 @@ impl LoadTable {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn push(&mut self, record: &StepRecord) -> Result<(), TableFileError> {
+    pub fn push(&mut self, record: &StepRecord) -> Result<(), FileError> {
         rows::step(&mut self.table, record, self.parts);
         if self.table.rows() == GROUP_ROWS { self.files.write(&mut self.table) } else { Ok(()) }
     }
@@ -141,7 +140,7 @@ impl LoadTable {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn finish(mut self) -> Result<(), TableFileError> {
+    pub fn finish(mut self) -> Result<(), FileError> {
         self.files.finish(&mut self.table, &[]).map(drop)
     }
 

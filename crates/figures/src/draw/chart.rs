@@ -139,24 +139,21 @@ impl Sheet {
         let natural = self.width().unwrap_or(WIDTHS[columns - 1]);
         let width = size.map_or(natural, |size| size.0);
         // On a page of several pictures, legends stand below, where all of them have room.
-        let legend = Legend::of(&panels, size.is_some());
-        let mut below = legend.below(width - LEFT - RIGHT);
-        let height = size.map(|size| size.1 - below.height());
+        let mut legend = Legend::of(&panels, size.is_some(), width - LEFT - RIGHT);
+        let height = size.map(|size| size.1 - legend.height_below());
         let (about, _) = self.frames(&panels, LEFT, width, height);
         let numbers: Vec<Vec<Tick>> =
             panels.iter().zip(&about).map(|(panel, frame)| panel.upwards(frame)).collect();
         let left = EDGE + LABEL + widest(numbers.iter().flatten()) + BESIDE_MARK + MARK;
         let (frames, height) = self.frames(&panels, left, width, height);
-        below.width = width - left.max(LEFT) - RIGHT;
+        legend.width = width - left.max(LEFT) - RIGHT;
         let mut page = Page::new(width.ceil() as u32, height.ceil() as u32);
         for (n, ((panel, frame), numbers)) in panels.iter().zip(&frames).zip(numbers).enumerate() {
             let is_close = matches!(self.layout, Layout::Close(_));
             let has_numbers = [!is_close || n + columns >= panels.len(), !is_close || n % columns == 0];
             let first = page.items.len();
             panel.draw(&mut page, frame, numbers, left, has_numbers)?;
-            if !legend.put(&mut page, n, first, frame) {
-                below.add(n, &legend);
-            }
+            legend.put(&mut page, n, first, frame);
             if panels.len() > 1 {
                 let letter = char::from(b'a' + (n % 26) as u8).to_string();
                 let at = (frame.left - if has_numbers[1] { left - EDGE } else { 0.0 }, frame.top - LETTER);
@@ -173,14 +170,14 @@ impl Sheet {
             bar.draw(&mut page, &Frame { left, top, right: left + BAR, bottom })?;
         }
         let foot = f64::from(page.height);
-        page.grow(below.height());
-        below.draw(&mut page, frames[0].left, foot);
+        page.grow(legend.height_below());
+        legend.draw_below(&mut page, frames[0].left, foot);
         Ok(page)
     }
 
     /// The height of its legend, if it stands below panels of this width.
     fn below(&self, width: f64) -> f64 {
-        Legend::of(&self.panels, true).below(width - LEFT - RIGHT).height()
+        Legend::of(&self.panels, true, width - LEFT - RIGHT).height_below()
     }
 
     /// The width that is asked for, in pixels.

@@ -77,7 +77,7 @@ impl Figure for FrontSpeed {
             return Err("no run has a front so far".to_owned());
         }
         let y = Scale::between("v/c", self.from_speed, self.to_speed);
-        let upper = Panel::new(Scale::between("", 0.0, 1.0), y, speeds).noted(&self.note);
-        Ok(Sheet::stacked(upper, lower))
+        let upper = Panel::new(Scale::between("", 0.0, 1.0), y, speeds);
+        Ok(Sheet::stacked(upper, lower).noted(&self.note))
     }
 }

@@ -108,52 +108,81 @@ fn rows(panel: &Panel) -> Vec<Row> {
 
 /// The legends of the panels of a sheet.
 pub(super) struct Legend {
+    /// Of each panel, what may stand in it.
     rows: Vec<Vec<Row>>,
-    /// Whether all stand below.
-    is_below: bool,
+    /// What stands below all panels: lines of rows side by side, no wider than this.
+    below: Vec<Row>,
+    pub(super) width: f64,
 }
 
 impl Legend {
     /// Of these panels: below them, if `is_below`, if there are more than two, or if several have the same.
-    pub(super) fn of(panels: &[Panel], is_below: bool) -> Legend {
+    pub(super) fn of(panels: &[Panel], is_below: bool, width: f64) -> Legend {
         let rows: Vec<Vec<Row>> = panels.iter().map(rows).collect();
         let is_shared =
             |of: &Vec<Row>| !of.is_empty() && rows.iter().filter(|other| *other == of).count() > 1;
         let is_below = is_below || panels.len() > 2 || rows.iter().any(is_shared);
-        Legend { rows, is_below }
+        let mut legend = Legend { rows, below: Vec::new(), width };
+        (0..if is_below { panels.len() } else { 0 }).for_each(|n| legend.put_below(n));
+        legend
     }
 
-    /// Those that stand below in any case.
-    pub(super) fn below(&self, width: f64) -> Below {
-        let mut below = Below { width, rows: Vec::new() };
-        (0..if self.is_below { self.rows.len() } else { 0 }).for_each(|n| below.add(n, self));
-        below
+    /// Puts the rows of a panel below, each once.
+    fn put_below(&mut self, n: usize) {
+        for row in std::mem::take(&mut self.rows[n]) {
+            if !self.below.contains(&row) {
+                self.below.push(row);
+            }
+        }
     }
 
-    /// Draws that of a panel into a corner in which it hides nothing of what the page has from an item on; whether
-    /// there is one, or none is needed.
-    pub(super) fn put(&self, page: &mut Page, n: usize, from: usize, frame: &Frame) -> bool {
+    /// Draws that of a panel into a corner in which it hides nothing of what the page has from an item on, or puts it
+    /// below if there is none.
+    pub(super) fn put(&mut self, page: &mut Page, n: usize, from: usize, frame: &Frame) {
         let rows = &self.rows[n];
-        if self.is_below || rows.is_empty() {
-            return true;
-        }
         let (width, height) = (rows.iter().map(Row::width).fold(0.0, f64::max), ROW * rows.len() as f64);
-        if width + 2.0 * PAD > frame.right - frame.left || height + PAD > frame.bottom - frame.top {
-            return false;
-        }
+        let fits = width + 2.0 * PAD <= frame.right - frame.left && height + PAD <= frame.bottom - frame.top;
         let (left, right) = (frame.left + PAD, frame.right - PAD - width);
         let (top, bottom) = (frame.top + PAD / 2.0, frame.bottom - PAD / 2.0 - height);
         let corners = [(right, top), (left, top), (right, bottom), (left, bottom)];
         let is_free = |(left, top): &Point| {
             let low = (left - CLEAR, top - CLEAR / 2.0);
             let high = (left + width + CLEAR, top + height + CLEAR / 2.0);
-            !is_hidden(page, from, low, high)
+            fits && !is_hidden(page, from, low, high)
         };
-        let Some((left, top)) = corners.into_iter().find(is_free) else { return false };
-        for (n, row) in rows.iter().enumerate() {
-            row.draw(page, (left, top + ROW * (n as f64 + 0.5)), width);
+        match corners.into_iter().find(is_free) {
+            Some((left, top)) => {
+                for (n, row) in rows.iter().enumerate() {
+                    row.draw(page, (left, top + ROW * (n as f64 + 0.5)), width);
+                }
+            }
+            None => self.put_below(n),
         }
-        true
+    }
+
+    /// What stands below, each row with its line and its place across.
+    fn places(&self) -> Vec<(usize, f64, &Row)> {
+        let (mut line, mut x) = (0, 0.0);
+        let mut places = Vec::new();
+        for row in &self.below {
+            if x > 0.0 && x + row.width() > self.width {
+                (line, x) = (line + 1, 0.0);
+            }
+            places.push((line, x, row));
+            x += row.width() + GAP;
+        }
+        places
+    }
+
+    /// The height of what stands below.
+    pub(super) fn height_below(&self) -> f64 {
+        self.places().last().map_or(0.0, |(line, ..)| ROW * (*line as f64 + 1.0) + PAD)
+    }
+
+    pub(super) fn draw_below(&self, page: &mut Page, left: f64, top: f64) {
+        for (line, x, row) in self.places() {
+            row.draw(page, (left + x, top + ROW * (line as f64 + 0.5)), self.width - x);
+        }
     }
 }
 
@@ -180,46 +209,5 @@ fn end(segment: Segment) -> Option<Point> {
     match segment {
         Segment::Move(to) | Segment::Line(to) | Segment::Curve(.., to) => Some(to),
         Segment::Close => None,
-    }
-}
-
-/// The legend below all panels: lines of rows side by side, no wider than this.
-pub(super) struct Below {
-    pub(super) width: f64,
-    rows: Vec<Row>,
-}
-
-impl Below {
-    /// Adds the rows of a panel, each once.
-    pub(super) fn add(&mut self, n: usize, legend: &Legend) {
-        for row in &legend.rows[n] {
-            if !self.rows.contains(row) {
-                self.rows.push(row.clone());
-            }
-        }
-    }
-
-    /// Each row with its line and its place across.
-    fn places(&self) -> Vec<(usize, f64, &Row)> {
-        let (mut line, mut x) = (0, 0.0);
-        let mut places = Vec::new();
-        for row in &self.rows {
-            if x > 0.0 && x + row.width() > self.width {
-                (line, x) = (line + 1, 0.0);
-            }
-            places.push((line, x, row));
-            x += row.width() + GAP;
-        }
-        places
-    }
-
-    pub(super) fn height(&self) -> f64 {
-        self.places().last().map_or(0.0, |(line, ..)| ROW * (*line as f64 + 1.0) + PAD)
-    }
-
-    pub(super) fn draw(&self, page: &mut Page, left: f64, top: f64) {
-        for (line, x, row) in self.places() {
-            row.draw(page, (left + x, top + ROW * (line as f64 + 0.5)), self.width - x);
-        }
     }
 }

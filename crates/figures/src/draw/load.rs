@@ -80,12 +80,12 @@ impl Figure for Load {
             peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
         let x = Scale::between("t (s)", 0.0, duration_s);
-        let y = Scale::counts("blocks sliding", f64::from(run.header.blocks));
+        let y = Scale::between("blocks sliding", 0.0, 1.08 * f64::from(run.header.blocks));
         let series = vec![
             Layer::new("", Shape::Stems(points(before)), INK),
             Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
-        let lower = Panel::new(x, y, series);
+        let lower = Panel::new(x, y.in_whole_numbers(true), series);
         Ok(Sheet::stacked(upper, lower).with_measured(self.measured()?.as_ref()))
     }
 }

@@ -1,5 +1,7 @@
 //! Axes and colour bars: where a value stands, and which values are labelled.
 
+use asperity_record::rounded;
+
 /// Least and largest magnitude of an end of an axis that is not zero: beyond them the power of ten that
 /// is taken out of its numbers is no double.
 const LEAST: f64 = 1e-290;
@@ -8,47 +10,34 @@ const LARGEST: f64 = 1e290;
 /// Least length of an axis over its larger end: a hundred marks are still different doubles.
 const LEAST_LENGTH: f64 = 1e-12;
 
-/// Two ends that an axis can have: finite, in ascending order, and apart.
+/// Least length of a logarithmic axis, in powers of ten.
+const LEAST_POWERS: f64 = 1e-6;
+
+/// Two ends that an axis can have, of a logarithmic one as decimal logarithms: finite, in ascending order, and apart.
 ///
 /// The load of a slider at rest, the length of precursors of which there are none or the time of a run
 /// that has none give two ends alike, and a number that overflowed gives none. Ends that are too close
-/// for marks between them move apart by a tenth to either side; zero alone, or what is no number,
-/// becomes 0 to 1.
-pub(super) fn ends(from: f64, to: f64) -> (f64, f64) {
+/// for marks between them move apart by a tenth, or by half a decade, to either side; zero alone, or what is no
+/// number, becomes 0 to 1.
+fn ends(log: bool, from: f64, to: f64) -> (f64, f64) {
     let bounded = |end: f64| match end.abs() {
+        _ if log => end.clamp(LEAST.log10(), LARGEST.log10()),
         size if size < LEAST => 0.0,
         size if size > LARGEST => LARGEST.copysign(end),
         _ => end,
     };
-    let (from, to) = ascending(from, to).map_or((0.0, 0.0), |(from, to)| (bounded(from), bounded(to)));
+    // An end that is no number gives way to the other.
+    let there = || [from, to].into_iter().filter(|end| end.is_finite()).map(bounded);
+    let (Some(from), Some(to)) = (there().reduce(f64::min), there().reduce(f64::max)) else {
+        return (0.0, 1.0);
+    };
     let larger = from.abs().max(to.abs());
-    if larger == 0.0 {
-        (0.0, 1.0)
-    } else if to - from < LEAST_LENGTH * larger {
-        (from - 0.1 * larger, to + 0.1 * larger)
-    } else {
-        (from, to)
+    let (least, apart) = if log { (LEAST_POWERS, 0.5) } else { (LEAST_LENGTH * larger, 0.1 * larger) };
+    match to - from {
+        _ if !log && larger == 0.0 => (0.0, 1.0),
+        length if length < least => (from - apart, to + apart),
+        _ => (from, to),
     }
-}
-
-/// Least length of a logarithmic axis, in powers of ten.
-const LEAST_POWERS: f64 = 1e-6;
-
-/// The ends of a logarithmic axis as decimal logarithms: ends that are too close move apart by half
-/// a decade to either side.
-pub(super) fn powers(from: f64, to: f64) -> (f64, f64) {
-    let bounded = |power: f64| power.clamp(LEAST.log10(), LARGEST.log10());
-    match ascending(from, to).map(|(from, to)| (bounded(from), bounded(to))) {
-        None => (0.0, 1.0),
-        Some((from, to)) if to - from < LEAST_POWERS => (from - 0.5, to + 0.5),
-        Some(ends) => ends,
-    }
-}
-
-/// Two ends in ascending order; one that is no number gives way to the other.
-fn ascending(from: f64, to: f64) -> Option<(f64, f64)> {
-    let ends = || [from, to].into_iter().filter(|end| end.is_finite());
-    Some((ends().reduce(f64::min)?, ends().reduce(f64::max)?))
 }
 
 /// Ends that hold no value.
@@ -72,6 +61,8 @@ pub(crate) struct Scale {
     marked: Vec<f64>,
     /// What it leaves empty beyond what is drawn, over its range, if its ends follow from that.
     room: Option<f64>,
+    /// Whether it then begins at zero, unless that leaves more than half of it empty.
+    from_zero: bool,
 }
 
 /// A mark on an axis; those between bear no label.
@@ -90,18 +81,13 @@ impl Scale {
         margin: f64,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Scale {
-        let whole = !log && values.clone().all(|value| value.fract() == 0.0);
-        let scale = Scale { log, whole, ..Scale::between(label, 0.0, 1.0) };
-        let tight = scale.reach(values, NOTHING);
-        let scale = scale.with_places(tight);
-        let space = margin * (scale.to - scale.from);
-        let ends = (scale.from - space, scale.to + space);
-        scale.with_places(ends)
+        let scale = Scale { log, room: Some(margin), ..Scale::between(label, 0.0, 1.0) };
+        Scale { room: None, ..scale.fitted(values) }
     }
 
     /// It with these places as its ends.
     fn with_places(self, (from, to): (f64, f64)) -> Scale {
-        let (from, to) = if self.log { powers(from, to) } else { ends(from, to) };
+        let (from, to) = ends(self.log, from, to);
         Scale { from, to, ..self }
     }
 
@@ -114,7 +100,7 @@ impl Scale {
     /// A scale whose ends follow from what is drawn, with a little room on both sides; from zero where that leaves no
     /// more than half of it empty.
     pub(crate) fn free(label: &str) -> Scale {
-        Scale { room: Some(ROOM), ..Scale::between(label, 0.0, 1.0) }
+        Scale { room: Some(ROOM), from_zero: true, ..Scale::between(label, 0.0, 1.0) }
     }
 
     /// The same, which ends with what is drawn.
@@ -146,19 +132,11 @@ impl Scale {
         if low > high || (!self.log && low == 0.0 && high == 0.0) {
             return self.clone();
         }
-        let least = if self.log { 0.5 } else { (0.1 * low.abs()).max(1e-9) };
-        let room = if high > low { room * (high - low) } else { (1.0 + 2.0 * ROOM) * least };
-        let from_zero = !self.log && low >= 0.0 && low <= 0.5 * high;
+        let least = if self.log { 0.5 } else { 0.1 * low.abs() };
+        let room = if high > low { room * (high - low) } else { (1.0 + 2.0 * room) * least };
+        let from_zero = self.from_zero && !self.log && low >= 0.0 && low <= 0.5 * high;
         let ends = (if from_zero { 0.0 } else { low - room }, high + room);
         Scale { whole, room: None, ..self.clone() }.with_places(ends)
-    }
-
-    /// Extends the axis to zero, unless more than half of it would be empty.
-    pub(crate) fn down_to_zero(mut self, lowest: f64) -> Scale {
-        if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
-            self.from = 0.0;
-        }
-        self
     }
 
     /// Where a value stands, in the unit of the ends; no number where it has no place.
@@ -179,9 +157,9 @@ impl Scale {
 
     /// A scale with these ends, whatever values it holds; two alike, or no numbers, give way to [`ends`].
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
-        let (from, to) = ends(from, to);
-        let (words, marked) = (Vec::new(), Vec::new());
-        Scale { label: label.to_owned(), from, to, log: false, words, whole: false, marked, room: None }
+        let (from, to) = ends(false, from, to);
+        let (label, log, words, marked) = (label.to_owned(), false, Vec::new(), Vec::new());
+        Scale { label, from, to, log, words, whole: false, marked, room: None, from_zero: false }
     }
 
     /// Labels only whole numbers, if `whole`.
@@ -197,11 +175,6 @@ impl Scale {
     /// A logarithmic scale with these values as its ends.
     pub(crate) fn powers_between(label: &str, from: f64, to: f64) -> Scale {
         Scale { log: true, ..Scale::between(label, 0.0, 1.0) }.reaching(from, to)
-    }
-
-    /// A scale for counts up to the largest.
-    pub(crate) fn counts(label: &str, largest: f64) -> Scale {
-        Scale::between(label, 0.0, largest.max(1.0) * 1.08).in_whole_numbers(true)
     }
 
     /// A scale with these ends, given as its values.
@@ -317,7 +290,7 @@ impl Scale {
     pub(crate) fn ticks_with_ends(&self, most: f64) -> Vec<Tick> {
         let (from, to) = self.ends();
         let unit = 10f64.powi(self.power());
-        let end = |at: f64| Tick { at, label: number(rounded(at / unit)) };
+        let end = |at: f64| Tick { at, label: number(rounded(at / unit, 3)) };
         let clear = 0.6 / most.max(2.0);
         let is_clear = |tick: &Tick| (clear..1.0 - clear).contains(&self.way(tick.at));
         let between = self.ticks_at_most(most).into_iter().filter(is_clear);
@@ -407,11 +380,6 @@ pub(crate) fn number(value: f64) -> String {
     if digits == "1" { ten } else { format!("{digits}·{ten}") }
 }
 
-/// To three digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
-
 /// With the sign as it is printed; a rounded zero has none.
 fn minus(text: &str) -> String {
     match text.strip_prefix('-') {
@@ -491,12 +459,10 @@ mod tests {
                 Scale::between("n", from, to).in_whole_numbers(true),
                 Scale::between("x", 0.0, 1.0).reaching(from, to),
                 Scale::of("x", true, 0.0, [1.0].into_iter()).reaching(from, to),
-                Scale::of("x", false, 0.06, [from, to].into_iter()).down_to_zero(from),
                 Scale::of("x", true, 0.06, [from, to].into_iter()),
                 Scale::free("x").fitted([from, to].into_iter()),
                 Scale::free_powers("x").fitted([from, to].into_iter()),
                 Scale::powers_between("x (m)", from, to),
-                Scale::counts("x", to),
             ];
             for scale in &scales {
                 let ticks = scale.ticks_at_most(7.0);
@@ -512,10 +478,11 @@ mod tests {
         }
         // What is of use stays as it is.
         for of_use in [(0.0, 3.0), (-2.5e-7, 1e-8), (1e4, 1e4 + 1e-6), (0.0, 1e-30)] {
-            assert_eq!(ends(of_use.0, of_use.1), of_use);
+            assert_eq!(ends(false, of_use.0, of_use.1), of_use);
         }
-        assert_eq!((ends(0.0, 0.0), ends(2.0, 2.0), ends(3.0, 1.0)), ((0.0, 1.0), (1.8, 2.2), (1.0, 3.0)));
-        assert_eq!((ends(f64::NAN, 5.0), ends(f64::NAN, f64::INFINITY)), ((4.5, 5.5), (0.0, 1.0)));
+        let of = |from, to| ends(false, from, to);
+        assert_eq!((of(0.0, 0.0), of(2.0, 2.0), of(3.0, 1.0)), ((0.0, 1.0), (1.8, 2.2), (1.0, 3.0)));
+        assert_eq!((of(f64::NAN, 5.0), of(f64::NAN, f64::INFINITY)), ((4.5, 5.5), (0.0, 1.0)));
     }
 
     #[test]

@@ -199,12 +199,6 @@ impl Panel {
         Panel { title: title.into(), ..self }
     }
 
-    /// With a remark below the legend, as in "lines: eq. (5.22)".
-    pub(super) fn noted(mut self, note: &str) -> Panel {
-        self.layers.extend((!note.is_empty()).then(|| Layer::remark(note)));
-        self
-    }
-
     /// Whether it shows nothing.
     pub(super) fn is_empty(&self) -> bool {
         self.layers.iter().all(|layer| layer.points().is_empty())
@@ -258,10 +252,9 @@ impl Sheet {
         Sheet { layout: Layout::Stacked, ..Sheet::of(vec![upper, lower]) }
     }
 
-    /// It with a remark below the legend of its first panel.
+    /// It with a remark below the legend of its first panel, as in "lines: eq. (5.22)".
     pub(super) fn noted(mut self, note: &str) -> Sheet {
-        let panel = self.panels.remove(0);
-        self.panels.insert(0, panel.noted(note));
+        self.panels[0].layers.extend((!note.is_empty()).then(|| Layer::remark(note)));
         self
     }
 

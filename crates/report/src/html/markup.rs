@@ -147,28 +147,18 @@ impl From<Vec<Cell>> for Row {
     }
 }
 
-/// A table, which scrolls by itself where it is wider than the page. Headings are HTML; those that begin with
-/// `#` are of numbers.
-pub fn table(caption: &str, headings: &[impl AsRef<str>], rows: impl IntoIterator<Item = Row>) -> String {
-    set("", caption, headings, rows)
-}
-
-/// A table that scripts make sortable and, if it is long, filterable.
-pub fn sortable_table(
+/// A table, which scrolls by itself where it is wider than the page; one with an id is made sortable by scripts and,
+/// if it is long, filterable. Headings are HTML; those that begin with `#` are of numbers.
+pub fn table(
     id: &str,
     caption: &str,
     headings: &[impl AsRef<str>],
     rows: impl IntoIterator<Item = Row>,
 ) -> String {
-    set(&format!(" id=\"{}\" class=\"sortable\"", text(id)), caption, headings, rows)
-}
-
-fn set(
-    attributes: &str,
-    caption: &str,
-    headings: &[impl AsRef<str>],
-    rows: impl IntoIterator<Item = Row>,
-) -> String {
+    let attributes = match id {
+        "" => String::new(),
+        id => format!(" id=\"{}\" class=\"sortable\"", text(id)),
+    };
     let mut out = format!("<div class=\"wide\"><table{attributes}>");
     if !caption.is_empty() {
         out.push_str(&format!("<caption>{}</caption>", text(caption)));

@@ -196,9 +196,8 @@ pub(super) fn family(
     }
     drawing.explain(bands, has_theory.then_some((Dash::Dashed, "theory")));
     let xs: Vec<f64> = placed().map(|sample| sample.x).collect();
-    let lowest = ys.iter().copied().fold(f64::INFINITY, f64::min);
     let x = Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter());
-    let y = Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest);
+    let y = Scale::free(&figure.y.label).in_powers(figure.y.log).fitted(ys.into_iter());
     Ok(drawing.sheet([x, y]))
 }
 

@@ -12,7 +12,7 @@ use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, RuptureSelector, Sort, film, sorted};
 use super::scale::number;
-use super::sheet::{INK, Layer, Marker, Sheet};
+use super::sheet::{INK, Layer, Marker, Pen, Sheet};
 
 keys! {
     ArrivalMap: run;
@@ -47,7 +47,7 @@ impl Figure for ArrivalMap {
         RequiredData::arrivals()
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         let rupture = film(self.rupture, self.which, 0, self.to_s)?.rupture(run)?;
         let of_rupture = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
@@ -141,7 +141,7 @@ impl Figure for Outlines {
         RequiredData::arrivals()
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         let arrivals = run.arrivals()?;
         let mut extents: Vec<(f64, Extent)> = Vec::new();
@@ -171,7 +171,7 @@ impl Figure for Outlines {
 
 #[cfg(test)]
 mod tests {
-    use super::{ArrivalMap, Marker};
+    use super::{ArrivalMap, Marker, Pen};
     use crate::draw::kind::Figure;
     use crate::draw::sheet::Shape;
     use asperity_numbers::run_data::RunData;
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn each_contact_has_the_colour_of_its_arrival() {
         let run = run();
-        let sheet = figure("").part(&run).unwrap();
+        let sheet = figure("").part(&run, Pen::nth(0, "")).unwrap();
         let Shape::Cells(cells) = &sheet.panels[0].layers[0].shape else { panic!("{sheet:?}") };
         let bar = sheet.bar.as_ref().unwrap();
         assert_eq!(cells.len(), 4);
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn what_cannot_be_shown_is_refused_with_the_reason() {
         let mut run = run();
-        let refused = |toml: &str, run: &RunData| figure(toml).part(run).unwrap_err();
+        let refused = |toml: &str, run: &RunData| figure(toml).part(run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused("to_s = 0.0", &run), "to_s: 0 is not accepted (accepted: a number above 0)");
         assert_eq!(refused("rupture = 2", &run), "run test has no rupture 2 (accepted: 0 to 1)");
         assert_eq!(refused("which = 'first-global-slip'", &run), "run test has no global slip");
@@ -235,7 +235,7 @@ mod tests {
 
 #[cfg(test)]
 mod tests_of_outlines {
-    use super::{Figure, Outlines};
+    use super::{Figure, Outlines, Pen};
     use crate::draw::sheet::Shape;
     use asperity_testkit::made_up;
 
@@ -254,7 +254,7 @@ mod tests_of_outlines {
             toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
         };
         let shown = |toml: &str| {
-            let sheet = figure(toml).part(&run).unwrap();
+            let sheet = figure(toml).part(&run, Pen::nth(0, "")).unwrap();
             match &sheet.panels[0].layers[..] {
                 [cells, lines, ..] => match (&cells.shape, &lines.shape) {
                     (Shape::Cells(cells), Shape::Contours(lines)) => {
@@ -272,7 +272,7 @@ mod tests_of_outlines {
             colors.len() == 4 && colors[0] == colors[2] && colors[1] == colors[3] && colors[0] != colors[1]
         );
         assert_eq!(shown("from_contacts = 3").1, 1);
-        let refused = figure("from_contacts = 4").part(&run).unwrap_err();
+        let refused = figure("from_contacts = 4").part(&run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused, "run test has no precursor of 4 contacts or more with arrivals");
     }
 }

@@ -1,8 +1,5 @@
 //! What the kinds of figures have in common.
 
-use std::any::Any;
-use std::collections::BTreeMap;
-
 use asperity_numbers::curve::Role;
 use asperity_numbers::curve_list;
 use asperity_numbers::required_data::RequiredData;
@@ -11,16 +8,13 @@ use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Shape, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
 pub(super) trait Figure: Framed + Sync {
-    /// What it takes of a run: the points that it shows, and no more.
-    type Part: Send + 'static;
-
-    /// The runs it is made of.
-    fn runs(&self) -> Vec<&str>;
+    /// The runs it is made of, each with the pen that draws it.
+    fn runs(&self) -> Vec<(&str, Pen<'_>)>;
 
     /// What it reads of a run beside slip events, ruptures and switches.
     fn required_data(&self) -> RequiredData {
@@ -32,53 +26,63 @@ pub(super) trait Figure: Framed + Sync {
         Ok(())
     }
 
-    /// Its part of a run; in words, what the run lacks.
-    fn part(&self, run: &RunData) -> Result<Self::Part, String>;
+    /// Its part of a run, the points that it shows and no more; in words, what the run lacks.
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String>;
 
-    /// What is on it, made of the parts of all its runs; in words, what they lack. One without a title has that of the
-    /// figure.
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String>;
-}
-
-/// Parts by the name of their run.
-pub(super) type Parts<P> = BTreeMap<String, P>;
-
-/// A figure of whichever kind.
-pub(super) trait AnyFigure: Framed + Sync {
-    fn runs(&self) -> Vec<&str>;
-    fn required_data(&self) -> RequiredData;
-    fn check(&self) -> Result<(), String>;
-    fn part(&self, run: &RunData) -> Result<AnyPart, String>;
-    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
-}
-
-/// A part of a figure of whichever kind.
-pub(super) type AnyPart = Box<dyn Any + Send>;
-
-impl<F: Figure> AnyFigure for F {
-    fn runs(&self) -> Vec<&str> {
-        Figure::runs(self)
+    /// What is on it, made of the parts of all its runs in their order; in words, what they lack.
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        Ok(overlaid(parts))
     }
 
-    fn required_data(&self) -> RequiredData {
-        Figure::required_data(self)
-    }
-
-    fn check(&self) -> Result<(), String> {
-        Figure::check(self)
-    }
-
-    fn part(&self, run: &RunData) -> Result<AnyPart, String> {
-        Ok(Box::new(Figure::part(self, run)?))
-    }
-
-    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String> {
-        let own = |part: AnyPart| *part.downcast().expect("a figure gets back the parts that it took");
-        let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
+    /// The same with its width, and with its title or, without one, that of what is on it.
+    fn sheet(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let sheet = self.together(parts)?;
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
         Ok(Sheet { title, width_mm, ..sheet })
     }
+}
+
+/// Sheets one upon the other, panel upon panel, with surfaces behind; what several show alike is drawn once.
+pub(super) fn overlaid(parts: Vec<Sheet>) -> Sheet {
+    upon_each_other(parts, |layers, layer| {
+        if !layers.contains(&layer) {
+            layers.push(layer);
+            layers.sort_by_key(|layer| !matches!(layer.shape, Shape::Surface(..)));
+        }
+    })
+}
+
+/// Sheets one upon the other, in which lines and marks of one label and colour are one, as of runs that belong
+/// together; lines from left to right.
+pub(super) fn joined(parts: Vec<Sheet>) -> Sheet {
+    upon_each_other(parts, |layers, layer| {
+        let alike = layers.iter_mut().filter(|of| of.label == layer.label && of.colour == layer.colour);
+        for known in alike {
+            match (&mut known.shape, &layer.shape) {
+                (Shape::Line(points, _), Shape::Line(more, _)) => {
+                    if points != more {
+                        points.extend(more);
+                        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                    }
+                    return;
+                }
+                (Shape::Marks(points, _), Shape::Marks(more, _)) => return points.extend(more),
+                _ => {}
+            }
+        }
+        layers.push(layer);
+    })
+}
+
+fn upon_each_other(parts: Vec<Sheet>, add: impl Fn(&mut Vec<Layer>, Layer)) -> Sheet {
+    let upon = |mut whole: Sheet, part: Sheet| {
+        for (panel, of_part) in whole.panels.iter_mut().zip(part.panels) {
+            of_part.layers.into_iter().for_each(|layer| add(&mut panel.layers, layer));
+        }
+        whole
+    };
+    parts.into_iter().reduce(upon).unwrap_or_else(|| Sheet::of(Vec::new()))
 }
 
 /// What all figures say of themselves.
@@ -139,32 +143,22 @@ macro_rules! keys {
     };
 }
 
-/// In a [`Figure`] with the keys `file` and `run`: the part of its one run is all of it.
+/// In a [`Figure`] with the key `run`: its only run.
 macro_rules! of_one_run {
     () => {
-        type Part = $crate::draw::sheet::Sheet;
-
-        fn runs(&self) -> Vec<&str> {
-            vec![&self.run]
-        }
-
-        fn sheet(
-            &self,
-            parts: $crate::draw::kind::Parts<Self::Part>,
-        ) -> Result<$crate::draw::sheet::Sheet, String> {
-            $crate::draw::kind::find(&parts, &self.run).cloned()
+        fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
+            vec![(&self.run, $crate::draw::sheet::Pen::nth(0, ""))]
         }
     };
 }
 
-/// In a [`Figure`] with the key `file` and a list of series or panels: its runs are those of the list,
-/// and it takes a part of this type of each.
+/// In a [`Figure`] with a list of series or panels: its runs are those of the list, and those of one entry have one pen.
 macro_rules! of_runs_in {
-    ($list:ident, $part:ty) => {
-        type Part = $part;
-
-        fn runs(&self) -> Vec<&str> {
-            self.$list.iter().flat_map(|labelled| labelled.runs()).collect()
+    ($list:ident) => {
+        fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
+            let pen = $crate::draw::sheet::Pen::nth;
+            let all = self.$list.iter().enumerate();
+            all.flat_map(|(n, of)| of.runs().map(move |run| (run, pen(n, &of.label)))).collect()
         }
     };
 }
@@ -182,8 +176,8 @@ pub(super) struct Labelled {
 }
 
 impl Labelled {
-    pub(super) fn runs(&self) -> [&str; 1] {
-        [&self.run]
+    pub(super) fn runs(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(self.run.as_str())
     }
 }
 
@@ -201,23 +195,6 @@ impl Group {
     pub(super) fn runs(&self) -> impl Iterator<Item = &str> {
         self.runs.iter().map(String::as_str)
     }
-}
-
-/// The runs of a figure's series, each with what the legend calls it and its part.
-pub(super) fn with_parts<'a, P>(
-    series: &'a [Labelled],
-    parts: &'a Parts<P>,
-) -> Result<Vec<(&'a str, &'a P)>, String> {
-    series.iter().map(|labelled| Ok((labelled.label.as_str(), find(parts, &labelled.run)?))).collect()
-}
-
-/// The runs of a figure's series, each with the pen that draws it and its part.
-pub(super) fn with_pens<'a, P>(
-    series: &'a [Labelled],
-    parts: &'a Parts<P>,
-) -> Result<Vec<(Pen<'a>, &'a P)>, String> {
-    let all = with_parts(series, parts)?.into_iter().enumerate();
-    Ok(all.map(|(index, (label, part))| (Pen::nth(index, label), part)).collect())
 }
 
 /// What the wave speed is called that front speeds are compared with: where there are shear waves, theirs.
@@ -255,9 +232,4 @@ pub(super) fn levels(run: &RunData) -> Vec<Level> {
 pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Layer> {
     let line = |(mu, dash, color, label)| Layer::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
     levels(run).into_iter().map(line).collect()
-}
-
-/// The part of the run of this name.
-pub(super) fn find<'a, P>(parts: &'a Parts<P>, name: &str) -> Result<&'a P, String> {
-    parts.get(name).ok_or_else(|| format!("there is no run {name}"))
 }

@@ -10,7 +10,7 @@ use asperity_numbers::run_data::{self, RunData};
 
 use super::kind::{Figure, coefficient_lines, keys, of_one_run};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
+use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -52,7 +52,7 @@ impl Figure for Load {
         self.measured().map(drop)
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let duration_s = run.plan.grid.time_s(run.header.steps);
         let load: Vec<(f64, f64)> =
             run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();

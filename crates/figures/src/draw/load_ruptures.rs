@@ -6,7 +6,7 @@ use asperity_numbers::run_data::RunData;
 use super::kind::{Figure, keys, levels, of_one_run};
 use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, INK, Layer, Marker, Shape, Sheet};
+use super::sheet::{Dash, INK, Layer, Marker, Pen, Shape, Sheet};
 
 keys! {
     LoadRuptures: run;
@@ -24,7 +24,7 @@ impl Figure for LoadRuptures {
         RequiredData::LOADS
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         curve(run, self.from_s, self.to_s)
     }
 }

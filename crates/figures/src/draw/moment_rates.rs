@@ -42,7 +42,7 @@ impl Figure for MomentRates {
         RequiredData::WINDOWS | RequiredData::arrivals()
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let mut courses = courses(run)?;
         let moment = |course: &Course| course.0.moment_n_m.unwrap_or_default();
         courses.sort_by(|a, b| moment(b).total_cmp(&moment(a)));

@@ -7,7 +7,7 @@ use asperity_numbers::text;
 
 use super::kind::{Figure, keys, levels, of_one_run};
 use super::scale::number;
-use super::sheet::{Layout, Sheet};
+use super::sheet::{Layout, Pen, Sheet};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
@@ -22,7 +22,7 @@ impl Figure for Overview {
         RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS }
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let header = &run.header;
         let contacts = header.contacts();
         let count = match contacts.rows() {
@@ -31,10 +31,9 @@ impl Figure for Overview {
         };
         let step = number(header.time_step_s);
         let title = format!("{}, {}, N = {count}, Δt = {step} s", header.scenario, header.parameter_set);
-        let of_sizes = sizes::part(run, 1)?;
-        let of_times = recurrence::part(run, None)?;
-        let sizes = sizes::distribution(&[("ruptures", &of_sizes)], 1, SizeLaw::PowerLaw)?;
-        let recurrence = recurrence::distribution(&[("global slips", &of_times)], TimeLaw::Weibull);
+        let sizes = sizes::distribution(run, Pen::nth(0, "ruptures"), 1, SizeLaw::PowerLaw)?;
+        let global_slips = Pen::nth(0, "global slips");
+        let recurrence = recurrence::distribution(run, global_slips, None, TimeLaw::Weibull)?;
         let load = load_ruptures::curve(run, None, None)?;
         let map = space_time::map(run, None, [None, None], [None, None])?;
         let layout =

@@ -125,13 +125,8 @@ keys! {
     Outlines: run;
 
     /// Fewest contacts of a precursor that is shown.
-    #[serde(default = "one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_contacts: u32,
-}
-
-/// The fewest there are.
-pub(super) fn one() -> u32 {
-    1
 }
 
 impl Figure for Outlines {

@@ -124,7 +124,7 @@ keys! {
     /// The rupture, where `rupture` gives no number; if absent that of the most contacts.
     which: Option<RuptureSelector>,
     /// Number of panels, 1 to 24: at the middles of as many equal spans between the onset and the end.
-    #[serde(default = "six")]
+    #[serde(default = "super::kind::number::<6>")]
     panels: u32,
     /// The end of the last span, s after the onset; by default that of the rupture.
     to_s: Option<f64>,
@@ -134,10 +134,6 @@ keys! {
     /// Whether to show its direction by arrows; a normal load has none.
     #[serde(default)]
     arrows: bool,
-}
-
-fn six() -> u32 {
-    6
 }
 
 impl FilmStrip {

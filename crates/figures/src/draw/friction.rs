@@ -8,7 +8,7 @@ use asperity_record::WindowRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, keys, of_runs_in};
+use super::kind::{Figure, Labelled, keys, of_runs_in, overlaid};
 use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Pen, Sheet};
 
@@ -18,7 +18,7 @@ keys! {
     /// What friction is drawn against.
     against: Against,
     /// The block, counted from 1.
-    #[serde(default = "first")]
+    #[serde(default = "super::kind::number::<1>")]
     block: u32,
     /// The runs, each with its label in the legend: of chains, with dense windows of the block.
     series: Vec<Labelled>,
@@ -33,10 +33,6 @@ enum Against {
     /// Its slip from the first record, over `D_c`, with the closed form for a step from the velocity of the first
     /// record to that of the last one in a stiff machine.
     Slip,
-}
-
-fn first() -> u32 {
-    1
 }
 
 /// Points of a closed form, and marks beside it.
@@ -105,8 +101,12 @@ impl Figure for Friction {
             from = if is_next { at.0.max(0.0) + every } else { from };
             is_next
         });
-        let sheet = Sheet::single(Scale::free("slip over D_c"), y, vec![theory, pen.marks(measured)]);
-        Ok(sheet.noted("marks: simulated, lines: closed form"))
+        Ok(Sheet::single(Scale::free("slip over D_c"), y, vec![theory, pen.marks(measured)]))
+    }
+
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let is_of_slip = self.against == Against::Slip;
+        Ok(overlaid(parts).noted(if is_of_slip { "marks: simulated, lines: closed form" } else { "" }))
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use asperity_numbers::fronts::{SLOW, slow_ratio, speeds};
+use asperity_numbers::fronts::{ACROSS, FROM_BLOCKS, SLOW, slow_ratio, speeds};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::front_stress::{five, four, over};
+use super::front_stress::over;
 use super::kind::{Figure, Group, keys, of_runs_in, overlaid, wave_speed_name};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
@@ -18,13 +18,13 @@ keys! {
     /// Runs that belong together, such as those of several seeds. An ensemble stands for its runs.
     pub(super) series: Vec<Group>,
     /// Fewest blocks of a rupture that counts.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<FROM_BLOCKS>")]
     from_blocks: u32,
     /// Number of spacings over which a speed is taken.
-    #[serde(default = "four")]
+    #[serde(default = "super::kind::number::<ACROSS>")]
     across: u32,
     /// Number of bins in a power of ten, 1 to 50.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<5>")]
     bins_per_decade: u32,
     /// The lower end of the axis of speeds, over `c`, in the lowest bin; by default that of the slowest
     /// front. Speeds beyond an end count in all shares, and the legend has their number.

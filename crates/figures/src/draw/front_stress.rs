@@ -14,21 +14,13 @@ keys! {
     /// The runs, each with its label in the legend: their precursors and first global slips are shown.
     series: Vec<Labelled>,
     /// Fewest blocks of a rupture that is shown.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<FROM_BLOCKS>")]
     from_blocks: u32,
     /// Number of spacings over which speed and stress are taken.
-    #[serde(default = "four")]
+    #[serde(default = "super::kind::number::<ACROSS>")]
     across: u32,
     /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.
     to_speed: f64,
-}
-
-pub(super) fn five() -> u32 {
-    FROM_BLOCKS
-}
-
-pub(super) fn four() -> u32 {
-    ACROSS
 }
 
 /// What speeds are taken over: over an area the contacts around each.
@@ -43,7 +35,7 @@ pub(super) fn over(run: &RunData, across: u32) -> String {
 const DISC: f64 = 8.0;
 
 /// Beyond any stress: lines across reach so far on both sides.
-const ACROSS_ALL: f64 = 10.0;
+const ACROSS_ALL: f64 = 1e3;
 
 impl Figure for FrontStress {
     of_runs_in!(series);
@@ -64,9 +56,7 @@ impl Figure for FrontStress {
         let mut layers = vec![level(name, 1.0, Dash::Dashed)];
         let longitudinal = run.plan.elastic.longitudinal_over_shear().filter(|ratio| *ratio <= self.to_speed);
         layers.extend(longitudinal.map(|ratio| level("c_L", ratio, Dash::Dotted)));
-        layers.extend(levels(run).into_iter().map(|(at, dash, color, label)| {
-            Layer::line(label, vec![(at, 0.0), (at, self.to_speed)], dash, color)
-        }));
+        layers.extend(levels(run, |at| vec![(at, 0.0), (at, self.to_speed)]));
         // The legend distinguishes them where there are both.
         let [open, discs] = ["open: precursors", "discs: first global slip"].map(Layer::remark);
         let remarks = [open, discs].into_iter().zip(&fronts).filter(|(_, fronts)| !fronts.is_empty());

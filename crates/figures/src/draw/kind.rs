@@ -8,7 +8,7 @@ use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Shape, Sheet};
+use super::sheet::{BLUE, Dash, GREY, Layer, Pen, Point, RED, Shape, Sheet};
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -165,6 +165,11 @@ macro_rules! of_runs_in {
 
 pub(super) use {keys, of_one_run, of_runs_in};
 
+/// The default of a key.
+pub(super) fn number<const N: u32>() -> u32 {
+    N
+}
+
 /// A run and what the legend calls it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -207,9 +212,6 @@ pub(super) fn place_name(run: &RunData) -> &'static str {
     if run.of_one_row().is_some() { "block n" } else { "column i" }
 }
 
-/// A level of friction over load, how its line looks, and what it is called.
-pub(super) type Level = (f64, Dash, RGBColor, &'static str);
-
 /// How lines look that are not measured.
 pub(super) fn level_look(role: Role) -> (Dash, RGBColor) {
     match role {
@@ -219,17 +221,11 @@ pub(super) fn level_look(role: Role) -> (Dash, RGBColor) {
     }
 }
 
-/// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
-pub(super) fn levels(run: &RunData) -> Vec<Level> {
-    let look = |(level, role, label)| {
+/// The lines of the levels of friction over load that the law of a run has, the two coefficients or `f_0`.
+pub(super) fn levels(run: &RunData, line: impl Fn(f64) -> Vec<Point>) -> Vec<Layer> {
+    let layer = |(level, role, label)| {
         let (dash, colour) = level_look(role);
-        (level, dash, colour, label)
+        Layer::line(label, line(level), dash, colour)
     };
-    curve_list::levels(run).into_iter().map(look).collect()
-}
-
-/// They as lines across a figure.
-pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Layer> {
-    let line = |(mu, dash, color, label)| Layer::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
-    levels(run).into_iter().map(line).collect()
+    curve_list::levels(run).into_iter().map(layer).collect()
 }

@@ -8,7 +8,7 @@ use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
 
-use super::kind::{Figure, coefficient_lines, keys, of_one_run};
+use super::kind::{Figure, keys, levels, of_one_run};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
@@ -63,8 +63,11 @@ impl Figure for Load {
         let theory = theory.filter(is_seen).map(|points| Layer::line("theory", points, Dash::Dashed, GREEN));
         let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
         let y = Scale::free("F_T/F_N");
-        let series: Vec<Layer> =
-            coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
+        let series: Vec<Layer> = levels(run, |mu| vec![(0.0, mu), (duration_s, mu)])
+            .into_iter()
+            .chain([simulated])
+            .chain(theory)
+            .collect();
         if !self.sliding {
             return Ok(Sheet::single(x, y, series).with_measured(self.measured()?.as_ref()));
         }

@@ -13,7 +13,7 @@ keys! {
     MomentDuration: series;
 
     /// The smallest rupture that is shown, in blocks.
-    #[serde(default = "super::arrival_map::one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
 }
 

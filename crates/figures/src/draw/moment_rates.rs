@@ -18,15 +18,11 @@ keys! {
     MomentRates: run;
 
     /// How many ruptures, those of the largest moment among the recorded ones, up to five.
-    #[serde(default = "three")]
-    count: usize,
+    #[serde(default = "super::kind::number::<3>")]
+    count: u32,
     /// Whether the axis of rates is logarithmic.
     #[serde(default)]
     logarithmic: bool,
-}
-
-fn three() -> usize {
-    3
 }
 
 /// Smallest rate on a logarithmic axis, over the largest.
@@ -46,7 +42,7 @@ impl Figure for MomentRates {
         let mut courses = courses(run)?;
         let moment = |course: &Course| course.0.moment_n_m.unwrap_or_default();
         courses.sort_by(|a, b| moment(b).total_cmp(&moment(a)));
-        courses.truncate(self.count.clamp(1, 5));
+        courses.truncate(self.count.clamp(1, 5) as usize);
         let rates = courses.iter().flat_map(|(_, points)| points).map(|point| point.1);
         let highest = rates.fold(0.0, f64::max);
         let mut layers = Vec::new();

@@ -1,11 +1,12 @@
 //! A run on one page.
 
+use asperity_numbers::curve_list::levels;
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::text;
 
-use super::kind::{Figure, keys, levels, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::scale::number;
 use super::sheet::{Layout, Pen, Sheet};
 use super::{load_ruptures, recurrence, sizes, space_time};
@@ -61,7 +62,7 @@ const FIRST: [&str; 13] = [
 
 /// Friction and load, and these numbers.
 fn numbers(run: &RunData) -> Vec<(String, String)> {
-    let coefficients = levels(run).into_iter().map(|(mu, .., label)| (label.to_owned(), mu.to_string()));
+    let coefficients = levels(run).into_iter().map(|(mu, _, label)| (label.to_owned(), mu.to_string()));
     let load = ("F_N at the start".to_owned(), format!("{:.1} N", run.plan.total_normal_load_n));
     let of_summary = FIRST.iter().map(|name| text::of_key(&run.summary, name));
     let rows = coefficients.chain([load]).chain(of_summary);

@@ -18,16 +18,12 @@ keys! {
     Sizes: series;
 
     /// The smallest rupture that counts, in blocks.
-    #[serde(default = "one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
     /// The law that is fitted, by maximum likelihood, to the sizes of ruptures after the first global
     /// slip: whole numbers from `from_blocks` to one block less than the slider has.
     #[serde(default)]
     fit: SizeLaw,
-}
-
-fn one() -> u32 {
-    1
 }
 
 impl Figure for Sizes {

@@ -10,7 +10,7 @@
 
 use asperity_model::theory::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
-use asperity_numbers::curve_list::{along, by_mm};
+use asperity_numbers::curve_list::{self, along, by_mm};
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::required_data::RequiredData;
@@ -18,7 +18,7 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
 use super::colours::{Colours, On};
-use super::kind::{Figure, Labelled, coefficient_lines, keys, levels, of_one_run, of_runs_in, place_name};
+use super::kind::{Figure, Labelled, keys, level_look, levels, of_one_run, of_runs_in, place_name};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Pen, RED, Sheet};
 
@@ -63,7 +63,8 @@ impl Figure for Stress {
         let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
             let mut layers = Vec::new();
             // A single level is that of both.
-            for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
+            for ((_, role, name), force_n) in curve_list::levels(run).into_iter().zip(thresholds_n) {
+                let (dash, color) = level_look(role);
                 let points = by_mm(run, &force_n);
                 if is_mirrored {
                     let below = points.iter().map(|(x, force_n)| (*x, -force_n)).collect();
@@ -92,7 +93,7 @@ keys! {
     StressSequence: run;
 
     /// Fewest blocks of a precursor that is shown.
-    #[serde(default = "super::arrival_map::one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
     /// Whether to show the first global slip, which ends the sequence, as well.
     #[serde(default)]
@@ -129,7 +130,7 @@ impl Figure for StressSequence {
                 Ok(Layer::line("", profile(run, states[n])?, Dash::Solid, colours.nearest(*load)))
             };
             let mut layers = found.iter().map(line).collect::<Result<Vec<Layer>, String>>()?;
-            layers.extend(coefficient_lines(run, end));
+            layers.extend(levels(run, |mu| vec![(0.0, mu), (end, mu)]));
             let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
             Ok(Panel::new(x, y, layers).titled(title))
         };

@@ -11,7 +11,7 @@ use asperity_record::{Arrival, Rupture};
 use super::kind::{Figure, keys, of_one_run, place_name, wave_speed_name};
 use super::rupture_selector::{RuptureSelector, picked};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, Pen, Point, RED, Sheet};
 
 keys! {
     FrontProfile: run;
@@ -60,22 +60,21 @@ impl Figure for FrontProfile {
         let level = vec![(first, 1.0), (last, 1.0)];
         let mut layers = vec![Layer::line(format!("{c} = {c_m_per_s:.1} m/s"), level, Dash::Dashed, GREY)];
         let [up, down] = front_speeds_m_per_s(rupture, run.header.contacts(), Some(c_m_per_s));
-        let ways = [(up, last), (down, first)];
-        let edge = |block: f64| (block, AT_THE_EDGE * to);
-        for (speed, end) in ways {
-            match speed.map(|speed| speed / c_m_per_s) {
-                Some(speed) if speed <= to => {
-                    let course = vec![(beginning, speed), (end, speed)];
-                    layers.push(Layer::line("of the whole front", course, Dash::Solid, RED));
-                }
-                Some(_) => layers.push(Layer::marks("", vec![edge(end)], Marker::Triangle, RED)),
-                None => {}
-            }
-        }
+        let whole = [(last, up), (first, down)].into_iter();
+        let whole = whole.filter_map(|(end, speed)| Some((end, speed? / c_m_per_s)));
+        let is_shown = |(_, speed): &Point| *speed <= to;
+        let (whole, above): (Vec<Point>, Vec<Point>) = whole.partition(is_shown);
+        layers.extend(whole.into_iter().map(|(end, speed)| {
+            let course = vec![(beginning, speed), (end, speed)];
+            Layer::line("of the whole front", course, Dash::Solid, RED)
+        }));
+        let edge =
+            |above: Vec<Point>| above.into_iter().map(|(block, _)| (block, AT_THE_EDGE * to)).collect();
+        layers.push(Layer::marks("", edge(above), Marker::Triangle, RED));
         if !theory.is_empty() {
             layers.push(Layer::line("theory, rigid contacts", theory, Dash::DotDashed, GREEN));
         }
-        let (marks, above): (Vec<_>, Vec<_>) = local.into_iter().partition(|(_, speed)| *speed <= to);
+        let (marks, above): (Vec<Point>, Vec<Point>) = local.into_iter().partition(is_shown);
         // Lines are hidden by many marks.
         let color = if marks.len() > MOST_MARKS { GREY } else { INK };
         if marks.len() > MOST_MARKS {
@@ -84,12 +83,7 @@ impl Figure for FrontProfile {
             layers.push(Layer::marks(about, marks, Marker::Circle, INK));
         }
         if !above.is_empty() {
-            layers.push(Layer::marks(
-                "above the axis",
-                above.into_iter().map(|(block, _)| edge(block)).collect(),
-                Marker::Triangle,
-                color,
-            ));
+            layers.push(Layer::marks("above the axis", edge(above), Marker::Triangle, color));
         }
         layers.push(Layer::line("nucleation", vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE));
         let title = format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset);

@@ -55,42 +55,34 @@ impl FrontSpeeds {
         10f64.powf(place / f64::from(self.bins_per_decade))
     }
 
-    /// Each bin with the share of speeds in it.
-    fn shares(&self, speeds: &[f64], bins: &Range<i64>) -> Vec<(i64, f64)> {
+    /// The share of speeds in each bin.
+    fn shares(&self, speeds: &[f64], bins: &Range<i64>) -> Vec<f64> {
         let places: Vec<f64> = speeds.iter().map(|speed| self.place(*speed).floor()).collect();
         let count = |bin: i64| places.iter().filter(|place| **place == bin as f64).count();
-        bins.clone().map(|bin| (bin, count(bin) as f64 / speeds.len() as f64)).collect()
+        bins.clone().map(|bin| count(bin) as f64 / speeds.len() as f64).collect()
     }
 
-    /// The outlines of the bins that are not empty.
-    fn outlines(&self, shares: &[(i64, f64)]) -> Vec<Vec<Point>> {
+    /// The outline of all bins.
+    fn outline(&self, shares: &[f64], bins: &Range<i64>) -> Vec<Point> {
         let edge = |bin: i64| self.edge(bin as f64);
-        let outline = |piece: &[(i64, f64)]| {
-            let steps = piece.iter().flat_map(|(bin, share)| [*bin, bin + 1].map(|bin| (edge(bin), *share)));
-            let mut outline = vec![(edge(piece[0].0), 0.0)];
-            outline.extend(steps);
-            outline.push((edge(piece[piece.len() - 1].0 + 1), 0.0));
-            outline
-        };
-        let pieces = shares.chunk_by(|a, b| (a.1 > 0.0) == (b.1 > 0.0));
-        pieces.filter(|piece| piece[0].1 > 0.0).map(outline).collect()
+        let steps =
+            bins.clone().zip(shares).flat_map(|(bin, share)| [bin, bin + 1].map(|at| (edge(at), *share)));
+        let ends = [bins.start, bins.end].map(|bin| (edge(bin), 0.0));
+        ends[..1].iter().copied().chain(steps).chain([ends[1]]).collect()
     }
 
-    /// Lines from the smallest to the largest share in a run, at this place within each bin.
-    fn whiskers(&self, runs: &[Vec<f64>], bins: &Range<i64>, within: f64) -> Vec<Vec<Point>> {
+    /// A line from the smallest to the largest share in a run for each bin, at this place within it, with gaps between.
+    fn whiskers(&self, runs: &[Vec<f64>], bins: &Range<i64>, within: f64) -> Vec<Point> {
         let runs = runs.iter().filter(|speeds| !speeds.is_empty());
-        let shares: Vec<_> = runs.map(|speeds| self.shares(speeds, bins)).collect();
-        let mut lines = Vec::new();
-        for (n, bin) in bins.clone().enumerate() {
-            let of_runs = || shares.iter().map(|shares| shares[n].1);
+        let shares: Vec<Vec<f64>> = runs.map(|speeds| self.shares(speeds, bins)).collect();
+        let whisker = |(n, bin): (usize, i64)| {
+            let of_runs = || shares.iter().map(|shares| shares[n]);
             let (least, most) = (of_runs().fold(1.0, f64::min), of_runs().fold(0.0, f64::max));
-            if most > least {
-                let at = |across: f64| self.edge(bin as f64 + within + across);
-                lines.push(vec![(at(0.0), least), (at(0.0), most)]);
-                lines.extend([least, most].map(|share| vec![(at(-CAP), share), (at(CAP), share)]));
-            }
-        }
-        lines
+            let at = self.edge(bin as f64 + within);
+            let line = [(at, least), (at, most), (f64::NAN, f64::NAN)];
+            line.into_iter().filter(move |_| most > least)
+        };
+        bins.clone().enumerate().flat_map(whisker).collect()
     }
 }
 
@@ -154,15 +146,14 @@ impl Figure for FrontSpeeds {
             from += group.runs.len();
             let together = runs.concat();
             let label = words(&group.label, &together);
-            lines.push(Layer::line(&label, Vec::new(), dash, color));
-            for outline in self.outlines(&self.shares(&together, &bins)) {
-                surfaces.push(Layer::surface("", outline.clone(), 0.13, color));
-                lines.push(Layer::line(&label, outline, dash, color));
-            }
+            let mut outline = self.outline(&self.shares(&together, &bins), &bins);
+            outline.retain(|_| !together.is_empty());
+            surfaces.push(Layer::surface("", outline.clone(), 0.13, color));
+            lines.push(Layer::line(label, outline, dash, color));
             // Those of groups are side by side in a bin.
             let within = (index as f64 + 1.0) / (self.series.len() as f64 + 1.0);
-            let of_group = self.whiskers(runs, &bins, within).into_iter();
-            whiskers.extend(of_group.map(|line| Layer::line("", line, Dash::Solid, color)));
+            let of_group = self.whiskers(runs, &bins, within);
+            whiskers.extend((!of_group.is_empty()).then(|| Layer::line("", of_group, Dash::Solid, color)));
         }
         if !whiskers.is_empty() {
             whiskers.push(Layer::remark("whiskers: range over runs"));
@@ -203,9 +194,6 @@ fn of_run(pen: Pen<'_>, speeds: &[f64], c: &str, over: String) -> Sheet {
 /// The upper end of the axis at most, over `c`, unless the figure states it.
 const FASTEST: f64 = 10.0;
 
-/// Half the length of the ends of a whisker, in bins.
-const CAP: f64 = 0.08;
-
 #[cfg(test)]
 mod tests {
     use super::{Figure, FrontSpeeds, Pen, Sheet, of_run};
@@ -234,14 +222,14 @@ mod tests {
             |shape: &Shape| if let Shape::Line(points, _) = shape { Some(points.clone()) } else { None };
         let is_shown = |points: &Vec<(f64, f64)>| !points.is_empty();
         let lines: Vec<_> = sheet.layers().filter_map(|layer| line(&layer.shape)).filter(is_shown).collect();
-        let shares: Vec<f64> = lines[1..4].iter().map(|outline| outline[1].1).collect();
+        let mut steps = lines[1].clone();
+        steps.retain(|(_, share)| *share > 0.0);
+        let shares: Vec<f64> = steps.iter().step_by(2).map(|(_, share)| *share).collect();
         assert_eq!(shares, [0.5, 1.0 / 3.0, 1.0 / 6.0], "three of six, two and one");
         let is = |place: f64, expected: f64| (place / 10f64.powf(expected) - 1.0).abs() < 1e-12;
-        assert!(is(lines[1][0].0, -1.4) && is(lines[1][3].0, -1.2), "{:?}", lines[1]);
-        assert!(is(lines[2][0].0, -1.0), "{:?}", lines[2]);
+        assert!(is(steps[0].0, -1.4) && is(steps[1].0, -1.2) && is(steps[2].0, -1.0), "{steps:?}");
         // From a quarter of run a to all of run b; and between a half, or a quarter, and none.
-        let ranges: Vec<(f64, f64)> =
-            lines[4..].iter().step_by(3).map(|line| (line[0].1, line[1].1)).collect();
+        let ranges: Vec<(f64, f64)> = lines[2].chunks(3).map(|line| (line[0].1, line[1].1)).collect();
         assert_eq!(ranges, [(0.25, 1.0), (0.0, 0.5), (0.0, 0.25)]);
         assert_eq!(
             words(&figure("")),

@@ -2,8 +2,6 @@
 //! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
 //! to 6.12).
 
-use std::collections::BTreeSet;
-
 use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
@@ -25,9 +23,7 @@ keys! {
     measured_label: Option<String>,
 }
 
-/// Events after the first slip of the whole slider are drawn as lines if they fall into at most
-/// this many parts of the time, otherwise as dots.
-const PARTS: f64 = 600.0;
+/// More events after the first slip of the whole slider are drawn as dots.
 const MOST_LINES: usize = 40;
 
 /// Radius of the dots of later slips, in pixels.
@@ -76,11 +72,9 @@ impl Figure for Load {
         // separate lines.
         let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let later = peaks.iter().filter(|(step, _)| *step > global);
-        let later: BTreeSet<u64> =
-            later.map(|(_, (time_s, _))| (time_s / duration_s * PARTS) as u64).collect();
+        let later = peaks.iter().filter(|(step, _)| *step > global).count();
         let (before, after): (Vec<_>, Vec<_>) =
-            peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
+            peaks.into_iter().partition(|(step, _)| *step <= global || later <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
         let x = Scale::between("t (s)", 0.0, duration_s);
         let y = Scale::counts("blocks sliding", f64::from(run.header.blocks));

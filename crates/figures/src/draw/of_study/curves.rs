@@ -90,9 +90,11 @@ impl<'a> Drawing<'a> {
 
     /// The panels in the order of their values, with the legend of all.
     fn sheet(self, [x, y]: [Scale; 2]) -> Sheet {
-        let all = self.panels.into_iter();
-        let panels = all.map(|(panel, layers)| (panel, [layers.concat(), self.legend.clone()].concat()));
-        Sheet { bar: self.bar, ..Sheet::of(in_order(self.gathered, panels.collect(), &x, &y)) }
+        let layers = |n: usize| {
+            let shown = self.panels.get(&n).map(|layers| [layers.concat(), self.legend.clone()].concat());
+            shown.unwrap_or_default()
+        };
+        Sheet { bar: self.bar.clone(), ..Sheet::of(in_order(self.gathered, layers, &x, &y)) }
     }
 }
 

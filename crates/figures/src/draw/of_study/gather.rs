@@ -115,20 +115,17 @@ impl Gathered {
     /// Takes a rupture of the run that comes next. They come in the order in which they became
     /// certain.
     pub(super) fn rupture(&mut self, row: Row<'_>) {
-        let cells =
-            ["first_block", "last_block", "reached_every_block", "ft_fn_onset", "onset_step", "rupture"];
-        let [
-            &Cell::Count(first),
-            &Cell::Count(last),
-            &Cell::Flag(every),
-            &Cell::Number(ft_fn),
-            &Cell::Step(onset_step),
-            &Cell::Step(rupture),
-        ] = cells.map(|name| row.cell(name))
+        let number = |name| row.number(name);
+        let reach = number("first_block").zip(number("last_block"));
+        let order = number("onset_step").zip(number("rupture"));
+        let (Some((first, last)), Some((onset_step, rupture)), Some(ft_fn)) =
+            (reach, order, number("ft_fn_onset"))
         else {
             return;
         };
-        self.farther.take((onset_step, rupture), Reach { first, last }, || (every, ft_fn));
+        let every = *row.cell("reached_every_block") == Cell::Flag(true);
+        let reach = Reach { first: first as u32, last: last as u32 };
+        self.farther.take((onset_step as u64, rupture as u64), reach, || (every, ft_fn));
     }
 
     /// Takes a run.

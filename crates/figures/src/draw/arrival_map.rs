@@ -12,7 +12,7 @@ use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, RuptureSelector, Sort, film, sorted};
 use super::scale::number;
-use super::sheet::{INK, Layer, Marker, Pen, Sheet};
+use super::sheet::{INK, Layer, Marker, Pen, Point, Sheet};
 
 keys! {
     ArrivalMap: run;
@@ -41,11 +41,7 @@ enum Shown {
 }
 
 impl Figure for ArrivalMap {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::arrivals()
-    }
+    of_one_run!(RequiredData::arrivals());
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;
@@ -57,7 +53,23 @@ impl Figure for ArrivalMap {
             return Err(format!("the log of run {run} lacks the arrivals of rupture {rupture}"));
         }
         let (values, mut layers, colours) = match self.shows {
-            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
+            Shown::Arrival => {
+                let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
+                let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
+                let to_s = self.to_s.unwrap_or(last_s);
+                let clock = Clock::of(0.0, to_s, 0.0);
+                let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
+                let came = of_contacts(&area, &arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
+                let levels = colours.scale.ticks_at_most(ISOCHRONES);
+                // Half a step aside, so that no contact is on a line.
+                let aside = clock.place(run.header.time_step_s / 2.0);
+                let contours = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside));
+                let contours: Vec<Vec<Point>> = contours.collect();
+                let every = levels.get(1).filter(|_| !contours.is_empty());
+                let every = every.map(|tick| number(tick.at - levels[0].at));
+                let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
+                (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
+            }
             Shown::Slip => {
                 let vectors = of_contacts(&area, &arrivals, [f64::NAN; 2], |arrival| {
                     let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
@@ -82,28 +94,6 @@ const DISC: f64 = 10.0;
 
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
-
-/// The number of each contact, what lies upon these, and their colours.
-type Shows = (Vec<f64>, Vec<Layer>, Colours);
-
-impl ArrivalMap {
-    /// The time of each contact, isochrones, and the colours of times.
-    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Shows {
-        let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
-        let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
-        let to_s = self.to_s.unwrap_or(last_s);
-        let clock = Clock::of(0.0, to_s, 0.0);
-        let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
-        let came = of_contacts(area, arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
-        let levels = colours.scale.ticks_at_most(ISOCHRONES);
-        // Half a step aside, so that no contact is on a line.
-        let aside = clock.place(step_s / 2.0);
-        let contours: Vec<_> = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside)).collect();
-        let every = levels.get(1).filter(|_| !contours.is_empty()).map(|tick| number(tick.at - levels[0].at));
-        let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
-        (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
-    }
-}
 
 /// A quantity of each contact: of those that the front did not come to, `none`.
 fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl Fn(&Arrival) -> Q) -> Vec<Q> {
@@ -130,11 +120,7 @@ keys! {
 }
 
 impl Figure for Outlines {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::arrivals()
-    }
+    of_one_run!(RequiredData::arrivals());
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;

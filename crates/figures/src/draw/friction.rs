@@ -40,11 +40,7 @@ const POINTS: u32 = 200;
 const MARKS: f64 = 24.0;
 
 impl Figure for Friction {
-    of_runs_in!(series);
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::WINDOWS
-    }
+    of_runs_in!(series, RequiredData::WINDOWS);
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let lacks = |what: &str| format!("run {} has no {what}", run.name);

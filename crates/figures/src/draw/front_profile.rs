@@ -26,11 +26,7 @@ keys! {
 }
 
 impl Figure for FrontProfile {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::fronts()
-    }
+    of_one_run!(RequiredData::fronts());
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let has_global = run.ruptures.iter().flatten().any(|rupture| rupture.reached_every_block);

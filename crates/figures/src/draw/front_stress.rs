@@ -38,11 +38,7 @@ const DISC: f64 = 8.0;
 const ACROSS_ALL: f64 = 1e3;
 
 impl Figure for FrontStress {
-    of_runs_in!(series);
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::fronts()
-    }
+    of_runs_in!(series, RequiredData::fronts());
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let mut fronts = over_stress(run, run.of_fronts()?, self.from_blocks, self.across.max(1));
@@ -58,13 +54,12 @@ impl Figure for FrontStress {
         layers.extend(longitudinal.map(|ratio| level("c_L", ratio, Dash::Dotted)));
         layers.extend(levels(run, |at| vec![(at, 0.0), (at, self.to_speed)]));
         // The legend distinguishes them where there are both.
-        let [open, discs] = ["open: precursors", "discs: first global slip"].map(Layer::remark);
-        let remarks = [open, discs].into_iter().zip(&fronts).filter(|(_, fronts)| !fronts.is_empty());
-        let remarks: Vec<Layer> = remarks.map(|(remark, _)| remark).collect();
+        let remarks = ["open: precursors", "discs: first global slip"].into_iter().zip(fronts.clone());
+        let remarks = remarks.filter(|(_, fronts)| !fronts.is_empty()).map(|(text, _)| Layer::remark(text));
         let [precursors, global_slip] = fronts;
         // Marks of a global slip are filled, to be distinguishable in grey.
         layers.extend([pen.marks(precursors), Layer::discs("", global_slip, DISC, pen.look.2)]);
-        layers.extend(remarks.into_iter().chain([Layer::remark(over(run, self.across))]));
+        layers.extend(remarks.chain([Layer::remark(over(run, self.across))]));
         let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
         Ok(Sheet::single(Scale::free("τ_n/p_n before the rupture"), y, layers))
     }

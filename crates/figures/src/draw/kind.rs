@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sheet::{BLUE, Dash, GREY, Layer, Pen, Point, RED, Shape, Sheet};
+use crate::spec::Measured;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
@@ -21,9 +22,14 @@ pub(super) trait Figure: Framed + Sync {
         RequiredData::NOTHING
     }
 
+    /// Points to compare with; in words, what is not accepted of them.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        Ok(None)
+    }
+
     /// Checks its keys; in words, what is not accepted.
     fn check(&self) -> Result<(), String> {
-        Ok(())
+        self.measured().map(drop)
     }
 
     /// Its part of a run, the points that it shows and no more; in words, what the run lacks.
@@ -34,9 +40,9 @@ pub(super) trait Figure: Framed + Sync {
         Ok(overlaid(parts))
     }
 
-    /// The same with its width, and with its title or, without one, that of what is on it.
+    /// The same with measured points, its width, and its title or, without one, that of what is on it.
     fn sheet(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
-        let sheet = self.together(parts)?;
+        let sheet = self.together(parts)?.with_measured(self.measured()?.as_ref());
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
         Ok(Sheet { title, width_mm, ..sheet })
@@ -143,23 +149,32 @@ macro_rules! keys {
     };
 }
 
-/// In a [`Figure`] with the key `run`: its only run.
+/// In a [`Figure`] with the key `run`: its only run, and what it reads of it, if this needs no key.
 macro_rules! of_one_run {
-    () => {
+    ($($required_data:expr)?) => {
         fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
             vec![(&self.run, $crate::draw::sheet::Pen::nth(0, ""))]
         }
+
+        $(fn required_data(&self) -> RequiredData {
+            $required_data
+        })?
     };
 }
 
-/// In a [`Figure`] with a list of series or panels: its runs are those of the list, and those of one entry have one pen.
+/// In a [`Figure`] with a list of series or panels: its runs are those of the list, and those of one entry have one
+/// pen; and what it reads of them.
 macro_rules! of_runs_in {
-    ($list:ident) => {
+    ($list:ident $(, $required_data:expr)?) => {
         fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
             let pen = $crate::draw::sheet::Pen::nth;
             let all = self.$list.iter().enumerate();
             all.flat_map(|(n, of)| of.runs().map(move |run| (run, pen(n, &of.label)))).collect()
         }
+
+        $(fn required_data(&self) -> RequiredData {
+            $required_data
+        })?
     };
 }
 

@@ -33,23 +33,12 @@ pub(super) fn course(law: LengthLaw, parameters: &LengthLawParameters, steps: u3
     lengths.map(|length| (law.load_ratio(parameters, length), length)).collect()
 }
 
-impl Lengths {
-    /// Its measured points.
+impl Figure for Lengths {
+    of_runs_in!(series, RequiredData::LOADS);
+
     fn measured(&self) -> Result<Option<Measured>, String> {
         let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
         MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
-    }
-}
-
-impl Figure for Lengths {
-    of_runs_in!(series);
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
-
-    fn check(&self) -> Result<(), String> {
-        self.measured().map(drop)
     }
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
@@ -92,8 +81,7 @@ impl Figure for Lengths {
         let longest = layers.iter().flat_map(Layer::points).fold(0.0, |longest: f64, at| longest.max(at.0));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        let sheet = Sheet::single(x, y, layers).noted(&note.join(", "));
-        Ok(sheet.with_measured(self.measured()?.as_ref()))
+        Ok(Sheet::single(x, y, layers).noted(&note.join(", ")))
     }
 }
 

@@ -29,23 +29,12 @@ const MOST_LINES: usize = 40;
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
 
-impl Load {
-    /// Its measured points.
+impl Figure for Load {
+    of_one_run!(RequiredData::LOADS);
+
     fn measured(&self) -> Result<Option<Measured>, String> {
         let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
         MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
-    }
-}
-
-impl Figure for Load {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
-
-    fn check(&self) -> Result<(), String> {
-        self.measured().map(drop)
     }
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
@@ -65,17 +54,18 @@ impl Figure for Load {
             .chain(theory)
             .collect();
         if !self.sliding {
-            return Ok(Sheet::single(x, y, series).with_measured(self.measured()?.as_ref()));
+            return Ok(Sheet::single(x, y, series));
         }
         let upper = Panel::new(x, y, series);
         // A line for each event. After the first slip of the whole slider there may be too many for
         // separate lines.
         let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let later = peaks.iter().filter(|(step, _)| *step > global).count();
+        let later = peaks.iter().filter(|load| load.step > global).count();
         let (before, after): (Vec<_>, Vec<_>) =
-            peaks.into_iter().partition(|(step, _)| *step <= global || later <= MOST_LINES);
-        let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
+            peaks.into_iter().partition(|load| load.step <= global || later <= MOST_LINES);
+        let point = |load: &run_data::Load| (load.time_s, f64::from(load.sliding));
+        let points = |peaks: Vec<_>| peaks.into_iter().map(point).collect();
         let x = Scale::between("t (s)", 0.0, duration_s);
         let y = Scale::counts("blocks sliding", f64::from(run.header.blocks));
         let series = vec![
@@ -83,20 +73,15 @@ impl Figure for Load {
             Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
         let lower = Panel::new(x, y, series);
-        Ok(Sheet::stacked(upper, lower).with_measured(self.measured()?.as_ref()))
+        Ok(Sheet::stacked(upper, lower))
     }
 }
 
-/// Of every stretch of time in which blocks slide, the first step in which most do: the step, its time
-/// and how many.
-fn peaks(loads: &[run_data::Load]) -> Vec<(u64, (f64, f64))> {
-    let stretches = loads.split(|load| load.sliding == 0).filter(|stretch| !stretch.is_empty());
-    let peak = |stretch: &[run_data::Load]| {
-        let most = stretch.iter().map(|load| load.sliding).max()?;
-        let load = stretch.iter().find(|load| load.sliding == most)?;
-        Some((load.step, (load.time_s, f64::from(most))))
-    };
-    stretches.filter_map(peak).collect()
+/// The first record with most sliding blocks of every stretch of time in which some slide.
+fn peaks(loads: &[run_data::Load]) -> Vec<&run_data::Load> {
+    let stretches = loads.split(|load| load.sliding == 0);
+    // Of several `max_by_key` takes the last.
+    stretches.filter_map(|stretch| stretch.iter().rev().max_by_key(|load| load.sliding)).collect()
 }
 
 #[cfg(test)]
@@ -116,6 +101,7 @@ mod tests {
             sliding,
         };
         let loads: Vec<Load> = (0..).zip(sliding).map(load).collect();
-        assert_eq!(peaks(&loads), [(2, (2.0, 5.0)), (7, (7.0, 3.0)), (9, (9.0, 7.0))]);
+        let found: Vec<(u64, u32)> = peaks(&loads).iter().map(|load| (load.step, load.sliding)).collect();
+        assert_eq!(found, [(2, 5), (7, 3), (9, 7)]);
     }
 }

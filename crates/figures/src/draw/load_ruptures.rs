@@ -19,11 +19,7 @@ keys! {
 }
 
 impl Figure for LoadRuptures {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
+    of_one_run!(RequiredData::LOADS);
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         curve(run, self.from_s, self.to_s)

@@ -32,11 +32,7 @@ const LOWEST: f64 = 1e-3;
 type Course<'a> = (&'a Rupture, Vec<(f64, f64)>);
 
 impl Figure for MomentRates {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::WINDOWS | RequiredData::arrivals()
-    }
+    of_one_run!(RequiredData::WINDOWS | RequiredData::arrivals());
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let mut courses = courses(run)?;

@@ -17,11 +17,7 @@ keys! {
 }
 
 impl Figure for Overview {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS }
-    }
+    of_one_run!(RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS });
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let header = &run.header;

@@ -48,48 +48,41 @@ pub(super) fn distribution(
         let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
         others.map(|(rupture, _)| rupture.slipped()).filter(|size| *size >= from_blocks).collect()
     };
-    let (sizes, mut remarks) = (of(after), Vec::new());
+    let sizes = of(after);
+    let (count, lowest) = (sizes.len(), lowest(&sizes));
+    let shares = survival(&sizes.iter().copied().map(f64::from).collect::<Vec<f64>>());
+    let mut layers = Vec::from_iter((count > 0).then(|| band(&shares, half_band(count), lowest, pen)));
+    layers.push(pen.called(&format!("{}: {count}", pen.label)).marks(shares));
     if first_global.is_some() {
         let global_slips = after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count();
-        remarks.push(Layer::remark(format!("global slips: {global_slips}, before: {}", of(before).len())));
+        layers.push(Layer::remark(format!("global slips: {global_slips}, before: {}", of(before).len())));
     }
     // `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
     if let Some(b) = &run.summary.gutenberg_richter_test {
         let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
-        remarks.extend(lines.lines().map(Layer::remark));
+        layers.extend(lines.lines().map(Layer::remark));
     }
-    let layers = layers(&sizes, law, from_blocks..run.header.blocks, pen, remarks, first_global.is_some());
+    if law != SizeLaw::None {
+        let fitted = fitted(&sizes, law, from_blocks..run.header.blocks);
+        layers.extend(fit_layers(fitted, first_global.is_some(), pen.look.1, pen.look.2));
+    }
     let unit = if run.of_one_row().is_some() { "blocks" } else { "contacts" };
     let x = Scale::free_powers(&format!("size s ({unit})"));
     Ok(Sheet::single(x, Scale::free_powers("share of at least s"), layers))
 }
 
-/// The shares of sizes in a range, remarks about them, and the law fitted to them after a global slip.
-fn layers(
-    sizes: &[u32],
-    law: SizeLaw,
-    range: Range<u32>,
-    pen: Pen<'_>,
-    remarks: Vec<Layer>,
-    has_global_slip: bool,
-) -> Vec<Layer> {
-    let count = sizes.len();
-    let shares = survival(&sizes.iter().copied().map(f64::from).collect::<Vec<f64>>());
-    // Half of the smallest share, so that all are in the frame.
-    let lowest = 0.5 / count.max(5) as f64;
-    let mut layers = Vec::from_iter((count > 0).then(|| band(&shares, half_band(count), lowest, pen)));
-    layers.push(pen.called(&format!("{}: {count}", pen.label)).marks(shares));
-    layers.extend(remarks);
-    if law != SizeLaw::None {
-        let fitted = SizeFit::of(sizes, law, range.start, range.end - 1).map(|fit| {
-            let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest).collect();
-            let test = Test::of_sizes(&fit, sizes, law);
-            let (law, parameter) = words(law, fit.theta);
-            Fitted { law, parameters: vec![parameter], test, course }
-        });
-        layers.extend(fit_layers(fitted, has_global_slip, pen.look.1, pen.look.2));
-    }
-    layers
+/// Half of the smallest share, so that all are in the frame.
+fn lowest(sizes: &[u32]) -> f64 {
+    0.5 / sizes.len().max(5) as f64
+}
+
+/// A law that is fitted to sizes in a range.
+fn fitted(sizes: &[u32], law: SizeLaw, range: Range<u32>) -> Option<Fitted> {
+    let fit = SizeFit::of(sizes, law, range.start, range.end - 1)?;
+    let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest(sizes)).collect();
+    let test = Test::of_sizes(&fit, sizes, law);
+    let (law, parameter) = words(law, fit.theta);
+    Some(Fitted { law, parameters: vec![parameter], test, course })
 }
 
 /// A number with its error, both to two digits of the error.
@@ -164,8 +157,10 @@ pub(super) fn fit_layers(
 #[cfg(test)]
 mod tests {
     use super::{
-        Estimate, Layer, Pen, RunData, Sheet, SizeLaw, band, distribution, layers, steps, with_error,
+        Dash, Estimate, Layer, Pen, RunData, Sheet, SizeLaw, band, distribution, fit_layers, fitted, steps,
+        with_error,
     };
+    use crate::draw::sheet::INK;
     use asperity_testkit::made_up;
 
     #[test]
@@ -249,10 +244,9 @@ mod tests {
     fn a_fit_that_is_rejected_has_no_error() {
         let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
-            let layers = layers(&sizes, law, 1..100, Pen::nth(0, "A"), Vec::new(), true);
-            let words = words(layers.iter());
-            assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
-            assert!(words[2].contains(" > 0."), "{words:?}");
+            let words = words(fit_layers(fitted(&sizes, law, 1..100), true, Dash::Solid, INK).iter());
+            assert!(words[0].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
+            assert!(words[0].contains(" > 0."), "{words:?}");
             assert!(!words.iter().any(|words| words.contains('±')), "{words:?}");
         }
     }

@@ -37,11 +37,7 @@ keys! {
 }
 
 impl Figure for SpaceTime {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData { arrivals: true, ..RequiredData::WINDOWS }
-    }
+    of_one_run!(RequiredData { arrivals: true, ..RequiredData::WINDOWS });
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;

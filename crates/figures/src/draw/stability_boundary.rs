@@ -27,11 +27,7 @@ fn growth() -> Number {
 }
 
 impl Figure for StabilityBoundary {
-    of_runs_in!(series);
-
-    fn required_data(&self) -> RequiredData {
-        growth().required_data()
-    }
+    of_runs_in!(series, growth().required_data());
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let lacks = |what: &str| format!("run {} has no {what}", run.name);

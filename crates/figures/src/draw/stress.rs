@@ -101,11 +101,7 @@ keys! {
 }
 
 impl Figure for StressSequence {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS }
-    }
+    of_one_run!(RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS });
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let states = run.states()?;
@@ -169,11 +165,7 @@ const ZEROS: f64 = 1.6;
 const FLOOR: f64 = 1e-4;
 
 impl Figure for Onset {
-    of_runs_in!(panel);
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::STATES
-    }
+    of_runs_in!(panel, RequiredData::STATES);
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let fields = run.states()?.at_first_onset();

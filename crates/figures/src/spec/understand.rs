@@ -9,7 +9,7 @@ use asperity_numbers::Number;
 use asperity_record::{Cell, unit_of};
 
 use super::axes::{Axis, Key, read_place};
-use super::figure::{Figure, Kind, Quantity, Theory};
+use super::figure::{Figure, Kind, OF_THEORY, Quantity};
 use super::measured::MeasuredFile;
 use super::written::{Family, OF_PRECURSORS, Scale};
 
@@ -126,9 +126,8 @@ impl<'a> Known<'a> {
         }
         let (of_x, x) = self.key_or_number("x", across, x_label, of.x_scale)?;
         let (of_y, y) = self.key_or_number("y", upwards, y_label, of.y_scale)?;
-        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == upwards).map(|(_, theory)| *theory);
-        if of.theory && theory.is_none() {
-            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+        if of.theory && !OF_THEORY.contains(&upwards.as_str()) {
+            let names = OF_THEORY.join(", ");
             return Err(format!("theory = true with y = {upwards:?} (accepted: with y one of {names})"));
         }
         let kind = match (of_x, of_y) {
@@ -147,10 +146,7 @@ impl<'a> Known<'a> {
                     "x = {across:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
                 ));
             }
-            _ => Kind::Family {
-                joined: of_x.is_some_and(|axis| self.axes[axis].joined),
-                theory: theory.filter(|_| of.theory),
-            },
+            _ => Kind::Family { joined: of_x.is_some_and(|axis| self.axes[axis].joined), theory: of.theory },
         };
         Ok((kind, [x, y]))
     }
@@ -334,7 +330,7 @@ mod tests {
     use asperity_record::Cell;
 
     use crate::draw::Figures;
-    use crate::{Axis, Family, Key, Kind, Theory};
+    use crate::{Axis, Family, Key, Kind};
 
     /// Axes of a sweep: tilts and stiffnesses by factors, drives by name, and seeds.
     fn axes() -> Vec<Axis<'static>> {
@@ -373,7 +369,7 @@ mod tests {
         assert_eq!((map.y.label.as_str(), map.y.log), ("k_{t}/k", true));
         assert_eq!(map.colour.as_ref().unwrap().label, "precursor count");
         assert!(map.is_spread && map.facet.as_ref().unwrap().is_word);
-        assert_eq!(family.kind, Kind::Family { joined: true, theory: Some(Theory::LoadAtGlobalSlip) });
+        assert_eq!(family.kind, Kind::Family { joined: true, theory: true });
         assert_eq!(family.y.label, "first global rupture F_T/F_N");
         assert_eq!(family.at, [("drive.kind".to_owned(), Cell::Word("side".into()))]);
         assert_eq!((lengths.at.len(), lengths.is_spread), (2, false));

@@ -78,15 +78,6 @@ impl<'a> Row<'a> {
 /// Lengths at which the loads of several runs are compared: these shares of the slider.
 pub(super) const LEVELS: usize = 50;
 
-/// What several runs have come to.
-#[derive(Debug)]
-pub(super) struct Loads {
-    /// How many runs there are.
-    pub(super) runs: usize,
-    /// The loads at each of the [`LEVELS`], of the runs that have come to it.
-    pub(super) at_levels: Vec<Vec<f64>>,
-}
-
 /// What is kept for one figure.
 #[derive(Debug)]
 pub(super) struct Gathered {
@@ -102,8 +93,8 @@ pub(super) struct Gathered {
     pub(super) upwards: Values,
     /// Load and length of precursors, so far apart as can be seen.
     pub(super) marks: BTreeMap<Group, BTreeSet<(u64, u64)>>,
-    /// Loads at lengths, where several runs belong together.
-    pub(super) loads: BTreeMap<Group, Loads>,
+    /// Of each run, where several belong together, the load at each of the [`LEVELS`] that it has come to.
+    pub(super) loads: BTreeMap<Group, Vec<Vec<f64>>>,
 }
 
 impl Gathered {
@@ -164,23 +155,19 @@ impl Gathered {
         // Over an area lengths are shares of the columns, of which the longest precursor says how many.
         let longest = alone.last().zip(row.number("longest_precursor_ratio"));
         let columns = longest.map_or(blocks, |((_, to), ratio)| (to / ratio).round());
-        let mut precursors = alone.into_iter().map(|(ft_fn, to)| (ft_fn, to / columns));
+        let precursors = alone.into_iter().map(|(ft_fn, to)| (ft_fn, to / columns));
         if !self.figure.is_spread {
             let marks = precursors.map(|(ft_fn, length)| (coarse(ft_fn), coarse(length)));
             self.marks.entry(group).or_default().extend(marks);
             return;
         }
-        let none = || Loads { runs: 0, at_levels: vec![Vec::new(); LEVELS] };
-        let loads = self.loads.entry(group).or_insert_with(none);
-        loads.runs += 1;
         // They are ever longer.
-        let mut longest = precursors.next();
-        for (n, loads) in loads.at_levels.iter_mut().enumerate() {
-            while longest.is_some_and(|(_, length)| length < level(n) - 1e-12) {
-                longest = precursors.next();
-            }
-            loads.extend(longest.map(|(ft_fn, _)| ft_fn));
-        }
+        let mut precursors = precursors.peekable();
+        let at_level = |n| {
+            while precursors.next_if(|(_, length)| *length < level(n) - 1e-12).is_some() {}
+            precursors.peek().map(|(ft_fn, _)| *ft_fn)
+        };
+        self.loads.entry(group).or_default().push((0..LEVELS).map_while(at_level).collect());
     }
 }
 

@@ -44,7 +44,7 @@ mod stress;
 mod study;
 mod text;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -57,7 +57,7 @@ use serde::Deserialize;
 use crate::spec::{Family, MeasuredFile};
 use crate::spelling::spelled;
 pub use error::FigureError;
-use kind::{AnyFigure, AnyPart, Parts};
+use kind::Figure;
 use print::about::{About, Origins};
 pub use print::files_of;
 use print::page::Page;
@@ -87,13 +87,13 @@ macro_rules! kinds {
 
         impl Figures {
             /// Each with what its kind shows.
-            fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
+            fn all(&self) -> Vec<(&'static str, &dyn Figure)> {
                 let of_curves = self.curve.iter();
-                let mut all: Vec<(&'static str, &dyn AnyFigure)> =
+                let mut all: Vec<(&'static str, &dyn Figure)> =
                     of_curves.map(|figure| (figure.curve.about.trim_ascii(), figure as _)).collect();
                 $({
                     let what = concat!($($doc),*).trim_ascii();
-                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
+                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn Figure)));
                 })*
                 all
             }
@@ -210,7 +210,7 @@ impl Figures {
 
     /// The runs that the figures are made of.
     pub fn runs(&self) -> impl Iterator<Item = &str> {
-        self.all().into_iter().flat_map(|(_, figure)| figure.runs())
+        self.all().into_iter().flat_map(|(_, figure)| figure.runs()).map(|(run, _)| run)
     }
 
     /// The lists of runs of figures that show groups of them, in which patterns may stand for many.
@@ -224,7 +224,8 @@ impl Figures {
 
     /// Each by its file, with the runs that it is made of, in the order of the files.
     pub fn by_file(&self) -> BTreeMap<&str, Vec<&str>> {
-        self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.runs())).collect()
+        let all = self.all().into_iter().map(|(_, figure)| (figure.frame().file, figure.runs()));
+        all.map(|(file, runs)| (file, runs.into_iter().map(|(run, _)| run).collect())).collect()
     }
 
     /// The files that the figures are written to.
@@ -234,7 +235,8 @@ impl Figures {
 
     /// What they read of a run.
     pub fn required_data(&self, run: &str) -> RequiredData {
-        let of_run = self.all().into_iter().filter(|(_, figure)| figure.runs().contains(&run));
+        let of_run =
+            self.all().into_iter().filter(|(_, figure)| figure.runs().iter().any(|(of, _)| *of == run));
         of_run.fold(RequiredData::NOTHING, |required, (_, figure)| required | figure.required_data())
     }
 }
@@ -259,20 +261,18 @@ pub struct Caption {
 /// A figure, and its parts of the runs that have gone by.
 struct Begun<'a> {
     what: &'static str,
-    figure: &'a dyn AnyFigure,
-    runs: BTreeSet<&'a str>,
-    parts: Mutex<(Parts<AnyPart>, Origins)>,
+    figure: &'a dyn Figure,
+    parts: Mutex<(Vec<Option<Sheet>>, Origins)>,
 }
 
 impl<'a> Gathering<'a> {
     /// For the figures of a pipeline, to be drawn into a folder. `provenance` is whether they name the
     /// code and bear a line at their foot.
     pub fn begin(figures: &'a Figures, folder: PathBuf, provenance: bool) -> Gathering<'a> {
-        let begun = |(what, figure): (&'static str, &'a dyn AnyFigure)| Begun {
+        let begun = |(what, figure): (&'static str, &'a dyn Figure)| Begun {
             what,
             figure,
-            runs: figure.runs().into_iter().collect(),
-            parts: Mutex::default(),
+            parts: Mutex::new((vec![None; figure.runs().len()], Origins::default())),
         };
         let figures = figures.all().into_iter().map(begun).collect();
         Gathering { figures, folder, provenance, captions: Mutex::default() }
@@ -283,21 +283,25 @@ impl<'a> Gathering<'a> {
     pub fn run(&self, run: &RunData, files: &FileSet) -> Result<usize, FigureError> {
         let mut count = 0;
         let origins = Origins::of_run(&run.header);
-        for Begun { what, figure, runs, parts } in &self.figures {
-            if !runs.contains(run.name.as_str()) {
-                continue;
-            }
+        for Begun { what, figure, parts } in &self.figures {
             let failed =
                 |problem: String| FigureError::Figure { file: figure.frame().file.to_owned(), problem };
-            let part = figure.part(run).map_err(failed)?;
+            let all = figure.runs().into_iter().enumerate();
+            let of_run = all.filter(|(_, (name, _))| *name == run.name);
+            let of_run = of_run.map(|(n, (_, pen))| Ok((n, figure.part(run, pen)?)));
+            let of_run = of_run.collect::<Result<Vec<_>, String>>().map_err(failed)?;
+            if of_run.is_empty() {
+                continue;
+            }
             let whole = {
                 let mut parts = parts.lock().expect("whoever adds a part does not panic");
-                parts.0.insert(run.name.clone(), part);
+                of_run.into_iter().for_each(|(n, part)| parts.0[n] = Some(part));
                 parts.1.add(&origins);
-                (parts.0.len() == runs.len()).then(|| std::mem::take(&mut *parts))
+                let is_whole = parts.0.iter().all(Option::is_some);
+                is_whole.then(|| std::mem::take(&mut *parts))
             };
             if let Some((parts, origins)) = whole {
-                let sheet = figure.sheet(parts).map_err(failed)?;
+                let sheet = figure.sheet(parts.into_iter().flatten().collect()).map_err(failed)?;
                 let (page, about, shown) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
                 captions.insert(figure.frame().file.to_owned(), shown);
@@ -369,7 +373,7 @@ mod tests {
 
     use asperity_record::{FieldRecord, WindowRecord};
 
-    use super::kind::AnyFigure;
+    use super::kind::Figure;
     use super::sheet::{Panel, Shape, Sheet};
     use super::{Figures, sentence};
     use asperity_numbers::required_data::RequiredData;
@@ -427,18 +431,18 @@ mod tests {
     }
 
     /// A figure of runs that have kept what it wants.
-    fn drawn(figure: &dyn AnyFigure, runs: BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let part = |(name, run): (String, RunData)| {
-            let kept = RunData { kept: figure.required_data(), ..run };
-            Ok((name, figure.part(&kept)?))
+    fn drawn(figure: &dyn Figure, runs: BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let part = |(name, pen)| {
+            let kept = RunData { kept: figure.required_data(), ..runs[name].clone() };
+            figure.part(&kept, pen)
         };
-        figure.sheet(runs.into_iter().map(part).collect::<Result<_, String>>()?)
+        figure.sheet(figure.runs().into_iter().map(part).collect::<Result<_, String>>()?)
     }
 
     fn sheet(text: &str) -> Result<Sheet, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        let all: Vec<&dyn AnyFigure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
-        assert_eq!((all.len(), all[0].frame().file, all[0].runs()), (1, "f.png", vec!["a"]));
+        let all: Vec<&dyn Figure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
+        assert_eq!((all.len(), all[0].frame().file, all[0].runs()[0].0), (1, "f.png", "a"));
         drawn(all[0], runs(all[0].required_data()))
     }
 
@@ -524,8 +528,8 @@ mod tests {
         );
         assert!(marks.points()[0].1 == 10.0 && (line.points()[0].1 - 7.0 / 0.45).abs() < 1e-12);
         let named = beside.replace("file", "theory_label = \"theory\"\nfile");
-        let named =
-            single(&named.replace("runs = [\"a\"] }", "runs = [\"a\"] }, { label = \"B\", runs = [] }"));
+        let both = "runs = [\"a\"] }, { label = \"B\", runs = [\"a\"] }";
+        let named = single(&named.replace("runs = [\"a\"] }", both));
         let labels: Vec<&str> = named.layers.iter().map(|series| series.label.as_str()).collect();
         assert_eq!(labels, ["theory", "A", "", "B"]);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();

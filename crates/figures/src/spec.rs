@@ -9,6 +9,7 @@ mod understand;
 mod written;
 
 pub use axes::{Axis, Key, place, read_place};
-pub use figure::{Figure, Kind, Quantity, Theory};
+pub(crate) use figure::theory;
+pub use figure::{Figure, Kind, Quantity};
 pub use measured::{Measured, MeasuredFile};
 pub use written::{Family, Scale, Statistic};

@@ -3,7 +3,7 @@
 
 use asperity_model::among;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::curve_list::CURVES;
 use crate::required_data::RequiredData;
@@ -72,7 +72,7 @@ impl Curve {
 }
 
 /// What curves are asked for; each uses the keys that it names.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CurveKeys {
     /// A length in blocks.
@@ -142,13 +142,18 @@ impl NamedCurves {
         for assignment in set {
             let (key, _) = assignment.split_once('=').unwrap_or((assignment, ""));
             if !self.keys.contains(&key.trim()) {
-                let accepted = if self.keys.is_empty() { "none".to_owned() } else { self.keys.join(", ") };
-                return Err(format!("{key}: curves {} have no such key (accepted: {accepted})", self.name));
+                return Err(self.has_no(key));
             }
             let parsed: toml::Table = assignment.parse().map_err(|error| format!("{assignment}: {error}"))?;
             table.extend(parsed);
         }
         table.try_into().map_err(|error| format!("{}: {error}", set.join(", ")))
+    }
+
+    /// That they have no such key, in words.
+    pub fn has_no(&self, key: &str) -> String {
+        let accepted = if self.keys.is_empty() { "none".to_owned() } else { self.keys.join(", ") };
+        format!("{key}: curves {} have no such key (accepted: {accepted})", self.name)
     }
 
     /// What they read of a run.

@@ -12,7 +12,7 @@ use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, RuptureSelector, Sort, film, sorted};
 use super::scale::number;
-use super::sheet::{INK, Layer, Marker, Sheet};
+use super::sheet::{INK, Layer, Marker, Pen, Point, Sheet};
 
 keys! {
     ArrivalMap: run;
@@ -41,13 +41,9 @@ enum Shown {
 }
 
 impl Figure for ArrivalMap {
-    of_one_run!();
+    of_one_run!(RequiredData::arrivals());
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::arrivals()
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         let rupture = film(self.rupture, self.which, 0, self.to_s)?.rupture(run)?;
         let of_rupture = |arrival: &&Arrival| arrival.rupture == rupture.rupture;
@@ -57,7 +53,23 @@ impl Figure for ArrivalMap {
             return Err(format!("the log of run {run} lacks the arrivals of rupture {rupture}"));
         }
         let (values, mut layers, colours) = match self.shows {
-            Shown::Arrival => self.arrivals(&area, rupture, &arrivals, run.header.time_step_s),
+            Shown::Arrival => {
+                let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
+                let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
+                let to_s = self.to_s.unwrap_or(last_s);
+                let clock = Clock::of(0.0, to_s, 0.0);
+                let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
+                let came = of_contacts(&area, &arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
+                let levels = colours.scale.ticks_at_most(ISOCHRONES);
+                // Half a step aside, so that no contact is on a line.
+                let aside = clock.place(run.header.time_step_s / 2.0);
+                let contours = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside));
+                let contours: Vec<Vec<Point>> = contours.collect();
+                let every = levels.get(1).filter(|_| !contours.is_empty());
+                let every = every.map(|tick| number(tick.at - levels[0].at));
+                let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
+                (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
+            }
             Shown::Slip => {
                 let vectors = of_contacts(&area, &arrivals, [f64::NAN; 2], |arrival| {
                     let slip_m = arrival.slip_m.zip(arrival.slip_across_m);
@@ -83,28 +95,6 @@ const DISC: f64 = 10.0;
 /// About how many isochrones there are.
 const ISOCHRONES: f64 = 16.0;
 
-/// The number of each contact, what lies upon these, and their colours.
-type Shows = (Vec<f64>, Vec<Layer>, Colours);
-
-impl ArrivalMap {
-    /// The time of each contact, isochrones, and the colours of times.
-    fn arrivals(&self, area: &Area, rupture: &Rupture, arrivals: &[&Arrival], step_s: f64) -> Shows {
-        let since_s = |arrival: &Arrival| arrival.arrival_s - rupture.onset_s;
-        let last_s = arrivals.iter().map(|arrival| since_s(arrival)).fold(0.0, f64::max);
-        let to_s = self.to_s.unwrap_or(last_s);
-        let clock = Clock::of(0.0, to_s, 0.0);
-        let colours = Colours::between(&clock.label("t − t_0"), &[0.0, clock.place(to_s)]);
-        let came = of_contacts(area, arrivals, f64::NAN, |arrival| clock.place(since_s(arrival)));
-        let levels = colours.scale.ticks_at_most(ISOCHRONES);
-        // Half a step aside, so that no contact is on a line.
-        let aside = clock.place(step_s / 2.0);
-        let contours: Vec<_> = levels.iter().flat_map(|tick| area.contours(&came, tick.at - aside)).collect();
-        let every = levels.get(1).filter(|_| !contours.is_empty()).map(|tick| number(tick.at - levels[0].at));
-        let label = every.map(|every| format!("isochrones, every {every} {}", clock.unit));
-        (came, vec![Layer::contours(label.unwrap_or_default(), contours)], colours)
-    }
-}
-
 /// A quantity of each contact: of those that the front did not come to, `none`.
 fn of_contacts<Q: Clone>(area: &Area, arrivals: &[&Arrival], none: Q, of: impl Fn(&Arrival) -> Q) -> Vec<Q> {
     let mut all = vec![none; area.contacts.count() as usize];
@@ -125,23 +115,14 @@ keys! {
     Outlines: run;
 
     /// Fewest contacts of a precursor that is shown.
-    #[serde(default = "one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_contacts: u32,
 }
 
-/// The fewest there are.
-pub(super) fn one() -> u32 {
-    1
-}
-
 impl Figure for Outlines {
-    of_one_run!();
+    of_one_run!(RequiredData::arrivals());
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::arrivals()
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let area = Area::of(run)?;
         let arrivals = run.arrivals()?;
         let mut extents: Vec<(f64, Extent)> = Vec::new();
@@ -171,7 +152,7 @@ impl Figure for Outlines {
 
 #[cfg(test)]
 mod tests {
-    use super::{ArrivalMap, Marker};
+    use super::{ArrivalMap, Marker, Pen};
     use crate::draw::kind::Figure;
     use crate::draw::sheet::Shape;
     use asperity_numbers::run_data::RunData;
@@ -197,7 +178,7 @@ mod tests {
     #[test]
     fn each_contact_has_the_colour_of_its_arrival() {
         let run = run();
-        let sheet = figure("").part(&run).unwrap();
+        let sheet = figure("").part(&run, Pen::nth(0, "")).unwrap();
         let Shape::Cells(cells) = &sheet.panels[0].layers[0].shape else { panic!("{sheet:?}") };
         let bar = sheet.bar.as_ref().unwrap();
         assert_eq!(cells.len(), 4);
@@ -220,7 +201,7 @@ mod tests {
     #[test]
     fn what_cannot_be_shown_is_refused_with_the_reason() {
         let mut run = run();
-        let refused = |toml: &str, run: &RunData| figure(toml).part(run).unwrap_err();
+        let refused = |toml: &str, run: &RunData| figure(toml).part(run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused("to_s = 0.0", &run), "to_s: 0 is not accepted (accepted: a number above 0)");
         assert_eq!(refused("rupture = 2", &run), "run test has no rupture 2 (accepted: 0 to 1)");
         assert_eq!(refused("which = 'first-global-slip'", &run), "run test has no global slip");
@@ -235,7 +216,7 @@ mod tests {
 
 #[cfg(test)]
 mod tests_of_outlines {
-    use super::{Figure, Outlines};
+    use super::{Figure, Outlines, Pen};
     use crate::draw::sheet::Shape;
     use asperity_testkit::made_up;
 
@@ -254,7 +235,7 @@ mod tests_of_outlines {
             toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
         };
         let shown = |toml: &str| {
-            let sheet = figure(toml).part(&run).unwrap();
+            let sheet = figure(toml).part(&run, Pen::nth(0, "")).unwrap();
             match &sheet.panels[0].layers[..] {
                 [cells, lines, ..] => match (&cells.shape, &lines.shape) {
                     (Shape::Cells(cells), Shape::Contours(lines)) => {
@@ -272,7 +253,7 @@ mod tests_of_outlines {
             colors.len() == 4 && colors[0] == colors[2] && colors[1] == colors[3] && colors[0] != colors[1]
         );
         assert_eq!(shown("from_contacts = 3").1, 1);
-        let refused = figure("from_contacts = 4").part(&run).unwrap_err();
+        let refused = figure("from_contacts = 4").part(&run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused, "run test has no precursor of 4 contacts or more with arrivals");
     }
 }

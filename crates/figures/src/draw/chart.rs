@@ -392,7 +392,7 @@ impl Colours {
 
 impl Panel {
     /// It with axes that hold its layers.
-    fn fitted(&self) -> Panel {
+    pub(super) fn fitted(&self) -> Panel {
         let points: Vec<(f64, f64)> = self.layers.iter().flat_map(Layer::points).collect();
         let x = self.x.fitted(points.iter().map(|point| point.0));
         // Only what is on the axis across counts upwards.

@@ -6,8 +6,9 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
+use serde_json::json;
 
-use super::kind::{Figure, Labelled, Parts, find, keys, level_look};
+use super::kind::{Figure, Labelled, keys, level_look, overlaid};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Layout, Panel, Pen, RED, Shape, Sheet};
 
@@ -33,31 +34,19 @@ fn named<'de, D: Deserializer<'de>>(name: D) -> Result<&'static NamedCurves, D::
 }
 
 impl Figure for CurveFigure {
-    /// What the axis across is called, and the curves.
-    type Part = (&'static str, Vec<Curve>);
-
-    fn runs(&self) -> Vec<&str> {
-        self.series.iter().map(|of| &of.run).chain(&self.run).map(String::as_str).collect()
+    fn runs(&self) -> Vec<(&str, Pen<'_>)> {
+        let series = self.series.iter().enumerate().map(|(n, of)| (of.run.as_str(), Pen::nth(n, &of.label)));
+        series.chain(self.run.as_deref().map(|run| (run, Pen::nth(0, "")))).collect()
     }
 
     fn check(&self) -> Result<(), String> {
-        let CurveKeys { blocks, at_blocks, at_s, after_slips, from_s, to_s, before, after } = &self.keys;
-        let given = [
-            ("blocks", blocks.is_some()),
-            ("at_blocks", !at_blocks.is_empty()),
-            ("at_s", !at_s.is_empty()),
-            ("after_slips", *after_slips),
-            ("from_s", from_s.is_some()),
-            ("to_s", to_s.is_some()),
-            ("before", before.is_some()),
-            ("after", after.is_some()),
-        ];
-        let NamedCurves { name, keys, .. } = self.curve;
-        match given.into_iter().find(|(key, is_given)| *is_given && !keys.contains(key)) {
-            Some((key, _)) => {
-                let accepted = if keys.is_empty() { "none".to_owned() } else { keys.join(", ") };
-                Err(format!("keys.{key}: curves {name} have no such key (accepted: {accepted})"))
-            }
+        if self.run.is_some() && !self.series.is_empty() {
+            return Err("it has both run and series (accepted: one of them)".to_owned());
+        }
+        let [given, none] = [&self.keys, &CurveKeys::default()].map(|keys| json!(keys));
+        let mut given = given.as_object().into_iter().flatten().filter(|(key, value)| **value != none[key]);
+        match given.find(|(key, _)| !self.curve.keys.contains(&key.as_str())) {
+            Some((key, _)) => Err(format!("keys.{}", self.curve.has_no(key))),
             None => Ok(()),
         }
     }
@@ -66,45 +55,35 @@ impl Figure for CurveFigure {
         self.curve.required_data(&self.keys)
     }
 
-    fn part(&self, run: &RunData) -> Result<Self::Part, String> {
-        Ok((self.curve.across(run), self.curve.of(run, &self.keys)?))
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        let NamedCurves { name, y, .. } = *self.curve;
+        let mut panels: Vec<Vec<Layer>> = vec![Vec::new(); y.len()];
+        let mut measured = vec![0; y.len()];
+        for curve in self.curve.of(run, &self.keys)? {
+            let is_labelled = curve.label.is_empty() && curve.axis == 0 && curve.role != Role::Guide;
+            let label = if is_labelled { pen.label } else { &curve.label };
+            // Several curves of one run differ as those of several runs.
+            let pen =
+                if self.series.len() > 1 { pen.called(label) } else { Pen::nth(measured[curve.axis], label) };
+            measured[curve.axis] += usize::from(curve.role == Role::Measured);
+            panels[curve.axis].push(layer(name, &curve, pen));
+        }
+        let x = Scale::tight(self.curve.across(run)).in_powers(LOGARITHMIC.contains(&name));
+        let panel = |(layers, y): (_, &&str)| Panel::new(x.clone(), Scale::free(y), layers);
+        Ok(Sheet::of(panels.into_iter().zip(y).map(panel).collect()))
     }
 
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let NamedCurves { y, mut x, .. } = *self.curve;
-        let labels = self.series.iter().map(|of| of.label.as_str()).chain([""]);
-        let mut panels: Vec<Vec<Layer>> = vec![Vec::new(); y.len()];
-        for (n, (label, run)) in labels.zip(self.runs()).enumerate() {
-            let (across, curves) = find(&parts, run)?;
-            x = across;
-            let mut measured = vec![0; y.len()];
-            for curve in curves {
-                let layers = &mut panels[curve.axis];
-                let is_of_run = curve.label.is_empty();
-                let is_said = layers.iter().any(|layer| layer.label == curve.label);
-                if is_said && !is_of_run && curve.role != Role::Measured {
-                    continue;
-                }
-                // Several curves of one run differ as those of several runs.
-                let place = if self.series.len() > 1 { n } else { measured[curve.axis] };
-                measured[curve.axis] += usize::from(curve.role == Role::Measured);
-                let is_labelled = is_of_run && curve.axis == 0 && curve.role != Role::Guide;
-                let label = if is_labelled { label } else { &curve.label };
-                layers.push(layer(self.curve.name, curve, Pen::nth(place, label)));
-            }
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut sheet = overlaid(parts);
+        let layers = sheet.panels.iter().flat_map(|panel| &panel.layers);
+        let across = sheet.panels[0].x.fitted(layers.flat_map(Layer::points).map(|point| point.0));
+        let last = sheet.panels.len() - 1;
+        for (n, panel) in sheet.panels.iter_mut().enumerate() {
+            panel.layers.sort_by_key(|layer| layer.shape == Shape::Remark);
+            panel.x = if n == last { across.clone() } else { across.clone().unlabelled() };
         }
-        let points = panels.iter().flatten().flat_map(Layer::points);
-        let is_log = LOGARITHMIC.contains(&self.curve.name);
-        let across = Scale::tight(x).in_powers(is_log).fitted(points.map(|point| point.0));
-        let last = y.len() - 1;
-        let panel = |(n, (mut layers, y)): (usize, (Vec<Layer>, &&str))| {
-            layers.sort_by_key(|layer| layer.shape == Shape::Remark);
-            let x = if n == last { across.clone() } else { across.clone().unlabelled() };
-            Panel::new(x, Scale::free(y), layers)
-        };
-        let panels = panels.into_iter().zip(y).enumerate().map(panel).collect();
         let layout = if last > 0 { Layout::Stacked } else { Layout::Columns };
-        Ok(Sheet { layout, ..Sheet::of(panels) })
+        Ok(Sheet { layout, ..sheet })
     }
 }
 
@@ -140,7 +119,7 @@ fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {
 
 #[cfg(test)]
 mod tests {
-    use super::{CurveFigure, Figure, Panel, Parts};
+    use super::{CurveFigure, Figure, Panel, Pen};
     use asperity_numbers::run_data::RunData;
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up::{self, EVENTS};
@@ -152,8 +131,8 @@ mod tests {
     }
 
     fn panels(figure: &CurveFigure, run: &RunData) -> Result<Vec<Panel>, String> {
-        let part = figure.part(&RunData { kept: figure.required_data(), ..run.clone() })?;
-        Ok(figure.sheet(Parts::from([("a".to_owned(), part)]))?.panels)
+        let run = RunData { kept: figure.required_data(), ..run.clone() };
+        Ok(figure.sheet(vec![figure.part(&run, Pen::nth(0, ""))?])?.panels)
     }
 
     #[test]

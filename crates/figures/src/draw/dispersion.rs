@@ -27,7 +27,7 @@ type Frequency = fn(Waves) -> f64;
 impl Figure for Dispersion {
     of_one_run!();
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let lattice = run.plan.elastic;
         if lattice.longitudinal_over_shear().is_none() || lattice.axes() > 2 {
             return Err(format!(
@@ -65,14 +65,14 @@ impl Figure for Dispersion {
 
 #[cfg(test)]
 mod tests {
-    use super::Dispersion;
+    use super::{Dispersion, Pen};
     use crate::draw::kind::Figure;
     use asperity_testkit::made_up;
 
     #[test]
     fn a_chain_has_no_lattice() {
         let figure: Dispersion = toml::from_str("file = 'f.png'\nrun = 'test'").unwrap();
-        let refused = figure.part(&made_up::run("", &[])).unwrap_err();
+        let refused = figure.part(&made_up::run("", &[]), Pen::nth(0, "")).unwrap_err();
         assert_eq!(
             refused,
             "run test is of a chain, which has no lattice of two dimensions (accepted: a run of a slab or a sheet)"

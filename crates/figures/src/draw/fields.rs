@@ -21,7 +21,7 @@ use super::colours::Colours;
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, Film, RuptureSelector, film};
 use super::scale::{Scale, number};
-use super::sheet::{Layer, Sheet};
+use super::sheet::{Layer, Pen, Sheet};
 
 keys! {
     AreaField: run;
@@ -110,7 +110,7 @@ impl Figure for AreaField {
         RequiredData { nodes_at_s: self.at_s.clone(), ..RequiredData::LOADS }
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         Area::of(run)?;
         self.shows.sheet(run, &nodes_at(run, &self.at_s)?, self.arrows)
     }
@@ -124,7 +124,7 @@ keys! {
     /// The rupture, where `rupture` gives no number; if absent that of the most contacts.
     which: Option<RuptureSelector>,
     /// Number of panels, 1 to 24: at the middles of as many equal spans between the onset and the end.
-    #[serde(default = "six")]
+    #[serde(default = "super::kind::number::<6>")]
     panels: u32,
     /// The end of the last span, s after the onset; by default that of the rupture.
     to_s: Option<f64>,
@@ -134,10 +134,6 @@ keys! {
     /// Whether to show its direction by arrows; a normal load has none.
     #[serde(default)]
     arrows: bool,
-}
-
-fn six() -> u32 {
-    6
 }
 
 impl FilmStrip {
@@ -156,7 +152,7 @@ impl Figure for FilmStrip {
         RequiredData { films: self.film().into_iter().collect(), ..RequiredData::NOTHING }
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let film = self.film()?;
         Area::of(run)?;
         let (rupture, states) = (film.rupture(run)?, run.film(&film)?);
@@ -217,7 +213,7 @@ impl Figure for SlabField {
         RequiredData { nodes_at_s: self.at_s.clone(), ..RequiredData::LOADS }
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let (out, plan) = (self.left_out, &run.plan);
         if !(0.0..0.5).contains(&out) {
             return Err(format!("left_out: {out} is not accepted (accepted: 0 to less than 0.5)"));
@@ -333,7 +329,7 @@ fn nodes_at<'a>(run: &'a RunData, at_s: &[f64]) -> Result<Vec<(String, &'a NodeS
 
 #[cfg(test)]
 mod tests {
-    use super::{AreaField, Quantity};
+    use super::{AreaField, Pen, Quantity};
     use crate::draw::kind::Figure;
     use asperity_model::NodeState;
     use asperity_numbers::required_data::RequiredData;
@@ -373,20 +369,31 @@ mod tests {
         };
         let (mut run, _) = run();
         let loads = "shows = 'normal-load'\narrows = true\nat_s = [0.0]";
-        assert!(figure(loads).part(&run).unwrap_err().starts_with("arrows: true is not accepted with shows"));
-        assert!(figure("shows = 'slip'\nat_s = []").part(&run).unwrap_err().starts_with("at_s: no time"));
-        figure("shows = 'slip'\nat_s = [0.0]").part(&run).unwrap();
+        assert!(
+            figure(loads)
+                .part(&run, Pen::nth(0, ""))
+                .unwrap_err()
+                .starts_with("arrows: true is not accepted with shows")
+        );
+        assert!(
+            figure("shows = 'slip'\nat_s = []")
+                .part(&run, Pen::nth(0, ""))
+                .unwrap_err()
+                .starts_with("at_s: no time")
+        );
+        figure("shows = 'slip'\nat_s = [0.0]").part(&run, Pen::nth(0, "")).unwrap();
         run.nodes.clear();
-        let refused = figure("shows = 'slip'\nat_s = [0.0]").part(&run).unwrap_err();
+        let refused = figure("shows = 'slip'\nat_s = [0.0]").part(&run, Pen::nth(0, "")).unwrap_err();
         assert!(refused.contains("run test has no nodes at 0 s"), "{refused}");
-        let refused = figure("shows = 'slip'\nat_s = [0.0]").part(&made_up::slab(&[])).unwrap_err();
+        let refused =
+            figure("shows = 'slip'\nat_s = [0.0]").part(&made_up::slab(&[]), Pen::nth(0, "")).unwrap_err();
         assert!(refused.contains("lie in a single row"), "{refused}");
     }
 }
 
 #[cfg(test)]
 mod tests_of_film_strips {
-    use super::{Figure, FilmStrip};
+    use super::{Figure, FilmStrip, Pen};
     use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up;
 
@@ -405,9 +412,9 @@ mod tests_of_film_strips {
         // Steps of 0.1 µs: spans of 100 steps from step 100 on.
         let steps: Vec<f64> = film.times_s(&run).unwrap().iter().map(|t| (t * 1e7).round()).collect();
         assert_eq!(steps, [150.0, 250.0, 350.0, 450.0]);
-        assert!(strip.part(&run).unwrap_err().contains("has no nodes"));
+        assert!(strip.part(&run, Pen::nth(0, "")).unwrap_err().contains("has no nodes"));
         run.nodes = [150, 250, 350, 450].map(|step| made_up::nodes(&run, step, vec![0.0; 24])).to_vec();
-        let sheet = strip.part(&run).unwrap();
+        let sheet = strip.part(&run, Pen::nth(0, "")).unwrap();
         assert_eq!(
             sheet.panels.iter().map(|panel| panel.title.as_str()).collect::<Vec<_>>(),
             ["t − t_0 = 5.0 µs", "t − t_0 = 15.0 µs", "t − t_0 = 25.0 µs", "t − t_0 = 35.0 µs"]
@@ -420,19 +427,19 @@ mod tests_of_film_strips {
     #[test]
     fn what_cannot_be_shown_is_refused_with_the_reason() {
         let run = made_up::sheet(&[]);
-        let refused = |toml: &str| figure(toml).part(&run).unwrap_err();
+        let refused = |toml: &str| figure(toml).part(&run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused("panels = 0"), "panels: 0 is not accepted (accepted: 1 to 24)");
         assert_eq!(refused("panels = 25"), "panels: 25 is not accepted (accepted: 1 to 24)");
         assert!(refused("to_s = -1.0").starts_with("to_s: -1 is not accepted"));
         let chain = made_up::run("", &[]);
-        assert!(figure("").part(&chain).unwrap_err().contains("lie in a single row"));
+        assert!(figure("").part(&chain, Pen::nth(0, "")).unwrap_err().contains("lie in a single row"));
         assert_eq!(figure("").required_data().topics(), RequiredData::NOTHING.topics());
     }
 }
 
 #[cfg(test)]
 mod tests_of_slabs {
-    use super::{Figure, SlabField};
+    use super::{Figure, Pen, SlabField};
     use asperity_numbers::required_data::RequiredData;
     use asperity_numbers::run_data::RunData;
     use asperity_testkit::made_up;
@@ -507,7 +514,7 @@ mod tests_of_slabs {
         let refused = |toml: &str, run: &RunData| {
             let figure: SlabField =
                 toml::from_str(&format!("file = 'f.png'\nrun = 'test'\nshows = 'pressure'\n{toml}")).unwrap();
-            figure.part(run).unwrap_err()
+            figure.part(run, Pen::nth(0, "")).unwrap_err()
         };
         let mut run = strained(0.0, 0.0, 0.0);
         assert!(refused("at_s = []", &run).starts_with("at_s: no time is given"));

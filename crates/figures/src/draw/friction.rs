@@ -4,12 +4,13 @@
 use asperity_model::Evolution;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_record::WindowRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, Labelled, keys, of_runs_in, overlaid};
 use super::scale::Scale;
-use super::sheet::{Dash, INK, Layer, Sheet, nth};
+use super::sheet::{Dash, INK, Layer, Pen, Sheet};
 
 keys! {
     Friction;
@@ -17,7 +18,7 @@ keys! {
     /// What friction is drawn against.
     against: Against,
     /// The block, counted from 1.
-    #[serde(default = "first")]
+    #[serde(default = "super::kind::number::<1>")]
     block: u32,
     /// The runs, each with its label in the legend: of chains, with dense windows of the block.
     series: Vec<Labelled>,
@@ -34,52 +35,36 @@ enum Against {
     Slip,
 }
 
-fn first() -> u32 {
-    1
-}
-
-/// What is shown of a run: measured, and in theory.
-type Curves = [Vec<(f64, f64)>; 2];
-
 /// Points of a closed form, and marks beside it.
 const POINTS: u32 = 200;
 const MARKS: f64 = 24.0;
 
 impl Figure for Friction {
-    of_runs_in!(series, Curves);
+    of_runs_in!(series, RequiredData::WINDOWS);
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::WINDOWS
-    }
-
-    fn part(&self, run: &RunData) -> Result<Curves, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let lacks = |what: &str| format!("run {} has no {what}", run.name);
         let friction = &run.plan.friction;
         let law = friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
         let place = self.block.checked_sub(1).filter(|_| self.block <= run.header.blocks);
         let place = place.ok_or_else(|| lacks(&format!("block {}", self.block)))? as usize;
         let b = friction.evolution_effects[place];
+        let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
         // Time, slip, velocity, and friction without inertia over the load.
-        let mut course: Vec<[f64; 4]> = Vec::new();
-        for record in run.windows()? {
-            let Some(at) = self.block.checked_sub(record.first_block).map(|at| at as usize) else { continue };
-            let (Some(slip_m), Some(m_per_s), Some(pull_n)) = (
-                record.displacement_m.get(at),
-                record.velocity_m_per_s.get(at),
-                record.tangential_force_n.get(at),
-            ) else {
-                continue;
-            };
-            let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let of = |record: &WindowRecord| {
+            let at = self.block.checked_sub(record.first_block)? as usize;
+            let (slip_m, m_per_s) = (*record.displacement_m.get(at)?, *record.velocity_m_per_s.get(at)?);
+            let friction_n = record.tangential_force_n.get(at)? - law.radiation_kg_per_s * m_per_s;
             let load_n = run.plan.loads_n(record.step, hold_step)[place];
-            let ratio = (pull_n - law.radiation_kg_per_s * m_per_s) / load_n;
-            course.push([record.time_s, *slip_m, *m_per_s, ratio]);
-        }
+            Some([record.time_s, slip_m, m_per_s, friction_n / load_n])
+        };
+        let mut course: Vec<[f64; 4]> = run.windows()?.iter().filter_map(of).collect();
         course.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let (Some(&[_, start_m, before, _]), Some(&[_, end_m, after, _])) = (course.first(), course.last())
         else {
             return Err(lacks(&format!("dense window with block {}", self.block)));
         };
+        let y = Scale::free("friction over load F/p");
         if self.against == Against::Velocity {
             let forward = course.iter().filter(|at| at[2] > 0.0);
             let measured: Vec<(f64, f64)> = forward.map(|at| (at[2], at[3])).collect();
@@ -89,7 +74,8 @@ impl Figure for Friction {
             let steady = |m_per_s: f64| (m_per_s, law.coefficient(m_per_s, law.steady_state(b, m_per_s)));
             let speeds = || measured.iter().map(|at| at.0);
             let ends = [speeds().fold(f64::MAX, f64::min), speeds().fold(0.0, f64::max)];
-            return Ok([measured, ends.map(steady).into()]);
+            let steady = Layer::line("steady sliding", ends.map(steady).into(), Dash::Dashed, INK);
+            return Ok(Sheet::single(Scale::free_powers("v (m/s)"), y, vec![pen.line(measured), steady]));
         }
         let slips = |m: f64| (m - start_m) / law.critical_slip_m;
         let theory = |n: u32| {
@@ -101,39 +87,22 @@ impl Figure for Friction {
             };
             (slip, law.coefficient(after, law.steady_state(b, after) + b * state))
         };
-        let measured = course.iter().map(|at| (slips(at[1]), at[3])).collect();
-        Ok([measured, (0..=POINTS).map(theory).collect()])
+        let theory = Layer::line("", (0..=POINTS).map(theory).collect(), Dash::Solid, pen.look.2);
+        // About evenly: each the first record beyond a place.
+        let every = slips(end_m) / MARKS;
+        let mut from = f64::MIN;
+        let mut measured: Vec<(f64, f64)> = course.iter().map(|at| (slips(at[1]), at[3])).collect();
+        measured.retain(|at| {
+            let is_next = at.0 >= from;
+            from = if is_next { at.0.max(0.0) + every } else { from };
+            is_next
+        });
+        Ok(Sheet::single(Scale::free("slip over D_c"), y, vec![theory, pen.marks(measured)]))
     }
 
-    fn sheet(&self, parts: Parts<Curves>) -> Result<Sheet, String> {
-        let (mut series, mut note) = (Vec::new(), "");
-        for (index, (pen, [measured, theory])) in with_pens(&self.series, &parts)?.into_iter().enumerate() {
-            match self.against {
-                Against::Velocity => {
-                    series.push(pen.line(measured.clone()));
-                    let name = if index == 0 { "steady sliding" } else { "" };
-                    series.push(Layer::line(name, theory.clone(), Dash::Dashed, INK));
-                }
-                Against::Slip => {
-                    series.push(Layer::line("", theory.clone(), Dash::Solid, nth(index).2));
-                    // About evenly: each the first record beyond a place.
-                    let mut from = f64::MIN;
-                    let every = measured.last().map_or(1.0, |at| at.0) / MARKS;
-                    let marked = measured.iter().filter(|at| {
-                        let is_next = at.0 >= from;
-                        from = if is_next { at.0.max(0.0) + every } else { from };
-                        is_next
-                    });
-                    series.push(pen.marks(marked.copied().collect()));
-                    note = "marks: simulated, lines: closed form";
-                }
-            }
-        }
-        let x = match self.against {
-            Against::Velocity => Scale::free_powers("v (m/s)"),
-            Against::Slip => Scale::free("slip over D_c"),
-        };
-        Ok(Sheet::single(x, Scale::free("friction over load F/p"), series).noted(note))
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let is_of_slip = self.against == Against::Slip;
+        Ok(overlaid(parts).noted(if is_of_slip { "marks: simulated, lines: closed form" } else { "" }))
     }
 }
 
@@ -143,7 +112,7 @@ mod tests {
     use asperity_record::WindowRecord;
     use asperity_testkit::made_up;
 
-    use super::{Figure, Friction};
+    use super::{Figure, Friction, Pen};
 
     fn figure(against: &str, block: u32) -> Friction {
         let series = "series = [{ run = \"test\", label = \"A\" }]";
@@ -176,6 +145,11 @@ mod tests {
         run
     }
 
+    fn layers(against: &str, run: RunData) -> [Vec<(f64, f64)>; 2] {
+        let layers = figure(against, 2).part(&run, Pen::nth(0, "A")).unwrap().panels.remove(0).layers;
+        [layers[0].points(), layers[1].points()]
+    }
+
     fn near(found: (f64, f64), expected: (f64, f64)) {
         assert!(
             (found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9,
@@ -189,13 +163,13 @@ mod tests {
         for (evolution, state) in
             [("ageing", (1.0 + 9.0 * (-1f64).exp()).ln()), ("slip", 10f64.ln() * (-1f64).exp())]
         {
-            let [measured, theory] = figure("slip", 2).part(&step(evolution)).unwrap();
+            let [theory, measured] = layers("slip", step(evolution));
             near(measured[0], (0.0, 0.6));
             near(measured[1], (1.0, 0.6));
             near(theory[0], (0.0, 0.6 + 0.01 * 10f64.ln()));
             near(*theory.last().unwrap(), (1.0, steady + 0.015 * state));
         }
-        let [measured, theory] = figure("velocity", 2).part(&step("slip")).unwrap();
+        let [measured, theory] = layers("velocity", step("slip"));
         near(measured[1], (1e-5, 0.6));
         near(theory[0], (1e-6, 0.6));
         near(theory[1], (1e-5, steady));
@@ -203,7 +177,7 @@ mod tests {
 
     #[test]
     fn what_a_run_lacks_is_said() {
-        let lacks = |block, run: &RunData| figure("slip", block).part(run).unwrap_err();
+        let lacks = |block, run: &RunData| figure("slip", block).part(run, Pen::nth(0, "A")).unwrap_err();
         assert_eq!(lacks(1, &step("slip")), "run test has no dense window with block 1");
         assert_eq!(lacks(4, &step("slip")), "run test has no block 4");
         assert_eq!(lacks(1, &made_up::run("", &[])), "run test has no rate-and-state friction");

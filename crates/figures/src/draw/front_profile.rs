@@ -11,7 +11,7 @@ use asperity_record::{Arrival, Rupture};
 use super::kind::{Figure, keys, of_one_run, place_name, wave_speed_name};
 use super::rupture_selector::{RuptureSelector, picked};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREEN, GREY, INK, Layer, Marker, Pen, Point, RED, Sheet};
 
 keys! {
     FrontProfile: run;
@@ -26,13 +26,9 @@ keys! {
 }
 
 impl Figure for FrontProfile {
-    of_one_run!();
+    of_one_run!(RequiredData::fronts());
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::fronts()
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let has_global = run.ruptures.iter().flatten().any(|rupture| rupture.reached_every_block);
         let natural = if has_global { RuptureSelector::FirstGlobalSlip } else { RuptureSelector::Widest };
         let rupture = picked(run, self.rupture, Some(self.which.unwrap_or(natural)))?
@@ -60,22 +56,21 @@ impl Figure for FrontProfile {
         let level = vec![(first, 1.0), (last, 1.0)];
         let mut layers = vec![Layer::line(format!("{c} = {c_m_per_s:.1} m/s"), level, Dash::Dashed, GREY)];
         let [up, down] = front_speeds_m_per_s(rupture, run.header.contacts(), Some(c_m_per_s));
-        let ways = [(up, last), (down, first)];
-        let edge = |block: f64| (block, AT_THE_EDGE * to);
-        for (speed, end) in ways {
-            match speed.map(|speed| speed / c_m_per_s) {
-                Some(speed) if speed <= to => {
-                    let course = vec![(beginning, speed), (end, speed)];
-                    layers.push(Layer::line("of the whole front", course, Dash::Solid, RED));
-                }
-                Some(_) => layers.push(Layer::marks("", vec![edge(end)], Marker::Triangle, RED)),
-                None => {}
-            }
-        }
+        let whole = [(last, up), (first, down)].into_iter();
+        let whole = whole.filter_map(|(end, speed)| Some((end, speed? / c_m_per_s)));
+        let is_shown = |(_, speed): &Point| *speed <= to;
+        let (whole, above): (Vec<Point>, Vec<Point>) = whole.partition(is_shown);
+        layers.extend(whole.into_iter().map(|(end, speed)| {
+            let course = vec![(beginning, speed), (end, speed)];
+            Layer::line("of the whole front", course, Dash::Solid, RED)
+        }));
+        let edge =
+            |above: Vec<Point>| above.into_iter().map(|(block, _)| (block, AT_THE_EDGE * to)).collect();
+        layers.push(Layer::marks("", edge(above), Marker::Triangle, RED));
         if !theory.is_empty() {
             layers.push(Layer::line("theory, rigid contacts", theory, Dash::DotDashed, GREEN));
         }
-        let (marks, above): (Vec<_>, Vec<_>) = local.into_iter().partition(|(_, speed)| *speed <= to);
+        let (marks, above): (Vec<Point>, Vec<Point>) = local.into_iter().partition(is_shown);
         // Lines are hidden by many marks.
         let color = if marks.len() > MOST_MARKS { GREY } else { INK };
         if marks.len() > MOST_MARKS {
@@ -84,12 +79,7 @@ impl Figure for FrontProfile {
             layers.push(Layer::marks(about, marks, Marker::Circle, INK));
         }
         if !above.is_empty() {
-            layers.push(Layer::marks(
-                "above the axis",
-                above.into_iter().map(|(block, _)| edge(block)).collect(),
-                Marker::Triangle,
-                color,
-            ));
+            layers.push(Layer::marks("above the axis", edge(above), Marker::Triangle, color));
         }
         layers.push(Layer::line("nucleation", vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE));
         let title = format!("rupture {}, F_T/F_N = {:.3} at its onset", rupture.rupture, rupture.ft_fn_onset);
@@ -155,7 +145,7 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, FrontProfile, relative_prestress};
+    use super::{Figure, FrontProfile, Pen, relative_prestress};
     use crate::draw::sheet::{INK, Marker, Shape, Sheet};
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up;
@@ -189,7 +179,7 @@ mod tests {
         );
         // By the way from the neighbour.
         run.arrivals[2].front_speed_m_per_s = Some(run.plan.spacing_m / 3e-7);
-        let sheet = FIGURE.part(&run).unwrap();
+        let sheet = FIGURE.part(&run, Pen::nth(0, "")).unwrap();
         let found = marks(&sheet);
         assert_eq!(found.iter().map(|(block, _)| *block).collect::<Vec<f64>>(), [2.5, 3.5]);
         assert!((found[0].1 - crossing_s / 1e-7).abs() < 1e-9, "{found:?}");
@@ -197,7 +187,7 @@ mod tests {
         let labels = sheet.labels();
         assert!(labels.contains(&"theory, rigid contacts".to_owned()), "{labels:?}");
         assert!(labels.contains(&format!("c = {:.1} m/s", run.plan.spacing_m / crossing_s)), "{labels:?}");
-        let refused = FrontProfile { rupture: Some(7), ..FIGURE }.part(&run).unwrap_err();
+        let refused = FrontProfile { rupture: Some(7), ..FIGURE }.part(&run, Pen::nth(0, "")).unwrap_err();
         assert_eq!(refused, "run test has no rupture 7 (accepted: 0 to 0)");
     }
 
@@ -207,9 +197,9 @@ mod tests {
         let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
         let arrivals = [(3, 1000, None), (2, 1100, None), (4, 1300, None)];
         made_up::with_ruptures(&mut run, &[&arrivals]);
-        let all = marks(&FIGURE.part(&run).unwrap());
+        let all = marks(&FIGURE.part(&run, Pen::nth(0, "")).unwrap());
         let to = (all[0].1 * all[1].1).sqrt();
-        let sheet = FrontProfile { to_speed: Some(to), ..FIGURE }.part(&run).unwrap();
+        let sheet = FrontProfile { to_speed: Some(to), ..FIGURE }.part(&run, Pen::nth(0, "")).unwrap();
         let (lower, higher) = if all[0].1 < all[1].1 { (all[0], all[1]) } else { (all[1], all[0]) };
         assert_eq!(marks(&sheet), [lower]);
         let triangles = sheet.layers().find_map(|layer| match &layer.shape {
@@ -218,7 +208,7 @@ mod tests {
         });
         assert_eq!(triangles, Some(vec![(higher.0, super::AT_THE_EDGE * to)]));
         let says = |sheet: &Sheet| sheet.labels().contains(&"above the axis".to_owned());
-        assert!(says(&sheet) && !says(&FIGURE.part(&run).unwrap()));
+        assert!(says(&sheet) && !says(&FIGURE.part(&run, Pen::nth(0, "")).unwrap()));
     }
 
     /// Under a held top drive with rigid contacts the theory of the whole front holds for each block.

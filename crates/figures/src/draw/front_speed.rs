@@ -2,14 +2,13 @@
 //! contacts as lines. Below, how far the marks are from their lines; or, where the theory does not
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
-use asperity_model::theory::front::{self, Front};
+use asperity_model::theory::front;
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Group, Parts, keys, of_runs_in};
+use super::kind::{Figure, Group, joined, keys, of_runs_in};
 use super::scale::Scale;
-use super::sheet::{Panel, Point, Sheet};
-use super::study::groups;
+use super::sheet::{Layer, Panel, Pen, Shape, Sheet};
 
 keys! {
     FrontSpeed;
@@ -25,59 +24,39 @@ keys! {
     pub(super) series: Vec<Group>,
 }
 
-/// What is shown of a run.
-pub(crate) struct Part {
-    prestress: f64,
-    /// The front by the theory, where there is one.
-    theory: Option<Front>,
-    speed: Option<f64>,
-    error: Option<f64>,
-}
-
 impl Figure for FrontSpeed {
-    of_runs_in!(series, Part);
+    of_runs_in!(series);
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
-        let prestress = front::relative_prestress(&run.plan, run.plan.blocks / 2)
+    /// Three panels: speeds, and below them how far they are from the theory, or how much faster than another one.
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        let at = front::relative_prestress(&run.plan, run.plan.blocks / 2)
             .ok_or_else(|| format!("run {} has no static friction above sliding friction", run.name))?;
-        Ok(Part {
-            prestress,
-            theory: fronts::theory(run),
-            speed: fronts::speed_over_c(run),
-            error: fronts::speed_error(run),
-        })
+        let line = fronts::theory(run).map(|theory| pen.line(theory.curve(self.to_speed)));
+        // A front that did not come so far leaves a gap.
+        let speed = fronts::speed_over_c(run);
+        let error = speed.and(fronts::speed_error(run)).map(|error| 1e3 * error.abs());
+        let ratio = speed.map(|speed| speed * (1.0 - at * at).sqrt());
+        let [speed, error, ratio] =
+            [speed, error, ratio].map(|of| of.map(|of| (at, of)).into_iter().collect());
+        let below = pen.unlabelled();
+        let speeds = line.into_iter().chain([pen.marks(speed)]).collect();
+        let ratios = vec![below.line(Vec::clone(&ratio)), below.marks(ratio)];
+        let tau = |label| Scale::between(label, 0.0, 1.0);
+        Ok(Sheet::of(vec![
+            Panel::new(tau(""), Scale::between("v/c", self.from_speed, self.to_speed), speeds),
+            Panel::new(tau("τ"), Scale::free_powers("1000 |Δv|/v"), vec![below.marks(error)]),
+            Panel::new(tau("τ"), Scale::free("√(1 − τ²) v/c"), ratios),
+        ]))
     }
 
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let (mut speeds, mut deviations, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
-        let mut is_of_law = true;
-        for (pen, runs) in groups(&self.series, &parts)? {
-            let theory = runs.iter().find_map(|run| run.theory);
-            is_of_law &= theory.is_some();
-            // A front that did not come so far leaves a gap.
-            let fronts = || runs.iter().filter_map(|run| Some((run.prestress, run.speed?, run.error)));
-            let points = fronts().map(|(prestress, speed, _)| (prestress, speed)).collect();
-            let ratio: Vec<Point> =
-                fronts().map(|(at, speed, _)| (at, speed * (1.0 - at * at).sqrt())).collect();
-            let errors = fronts().filter_map(|(at, _, error)| Some((at, 1e3 * error?.abs()))).collect();
-            if let Some(theory) = theory {
-                speeds.push(pen.line(theory.curve(self.to_speed)));
-            }
-            speeds.push(pen.marks(points));
-            let pen = pen.unlabelled();
-            ratios.extend([pen.line(ratio.clone()), pen.marks(ratio)]);
-            deviations.push(pen.marks(errors));
-        }
-        let (y, layers) = match is_of_law {
-            true => (Scale::free_powers("1000 |Δv|/v"), deviations),
-            false => (Scale::free("√(1 − τ²) v/c"), ratios),
-        };
-        let lower = Panel::new(Scale::between("τ", 0.0, 1.0), y, layers);
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut panels = joined(parts).panels;
+        let is_theory = |layer: &&Layer| matches!(layer.shape, Shape::Line(..));
+        let is_of_law = panels[0].layers.iter().filter(is_theory).count() == self.series.len();
+        let (lower, upper) = (panels.remove(if is_of_law { 1 } else { 2 }), panels.remove(0));
         if lower.is_empty() {
             return Err("no run has a front so far".to_owned());
         }
-        let y = Scale::between("v/c", self.from_speed, self.to_speed);
-        let upper = Panel::new(Scale::between("", 0.0, 1.0), y, speeds);
         Ok(Sheet::stacked(upper, lower).noted(&self.note))
     }
 }

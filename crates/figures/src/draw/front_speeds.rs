@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use asperity_numbers::fronts::{SLOW, slow_ratio, speeds};
+use asperity_numbers::fronts::{ACROSS, FROM_BLOCKS, SLOW, slow_ratio, speeds};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::front_stress::{five, four, over};
-use super::kind::{Figure, Group, Parts, find, keys, of_runs_in, wave_speed_name};
+use super::front_stress::over;
+use super::kind::{Figure, Group, keys, of_runs_in, overlaid, wave_speed_name};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet, nth};
+use super::sheet::{Dash, GREY, Layer, Panel, Pen, Point, Shape, Sheet, nth};
 
 keys! {
     FrontSpeeds;
@@ -18,13 +18,13 @@ keys! {
     /// Runs that belong together, such as those of several seeds. An ensemble stands for its runs.
     pub(super) series: Vec<Group>,
     /// Fewest blocks of a rupture that counts.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<FROM_BLOCKS>")]
     from_blocks: u32,
     /// Number of spacings over which a speed is taken.
-    #[serde(default = "four")]
+    #[serde(default = "super::kind::number::<ACROSS>")]
     across: u32,
     /// Number of bins in a power of ten, 1 to 50.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<5>")]
     bins_per_decade: u32,
     /// The lower end of the axis of speeds, over `c`, in the lowest bin; by default that of the slowest
     /// front. Speeds beyond an end count in all shares, and the legend has their number.
@@ -32,13 +32,6 @@ keys! {
     /// The upper end of the axis of speeds, over `c`, in the highest bin; by default that of the fastest
     /// front, or 10 where it is lower: blocks on an earlier peak of stress slide before a front comes.
     to_speed: Option<f64>,
-}
-
-/// What is shown of a run.
-pub(crate) struct Part {
-    speeds: Vec<f64>,
-    c: &'static str,
-    over: String,
 }
 
 impl FrontSpeeds {
@@ -69,40 +62,27 @@ impl FrontSpeeds {
         bins.clone().map(|bin| count(bin) as f64 / speeds.len() as f64).collect()
     }
 
-    /// The outlines of the bins that are not empty.
-    fn outlines(&self, shares: &[f64], bins: &Range<i64>) -> Vec<Vec<(f64, f64)>> {
-        let mut first = bins.start;
-        let mut outlines = Vec::new();
-        for piece in shares.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)) {
-            let edge = |n: usize| self.edge((first + n as i64) as f64);
-            let steps =
-                piece.iter().enumerate().flat_map(|(n, share)| [(edge(n), *share), (edge(n + 1), *share)]);
-            let mut outline = vec![(edge(0), 0.0)];
-            outline.extend(steps);
-            outline.push((edge(piece.len()), 0.0));
-            if piece[0] > 0.0 {
-                outlines.push(outline);
-            }
-            first += piece.len() as i64;
-        }
-        outlines
+    /// The outline of all bins.
+    fn outline(&self, shares: &[f64], bins: &Range<i64>) -> Vec<Point> {
+        let edge = |bin: i64| self.edge(bin as f64);
+        let steps =
+            bins.clone().zip(shares).flat_map(|(bin, share)| [bin, bin + 1].map(|at| (edge(at), *share)));
+        let ends = [bins.start, bins.end].map(|bin| (edge(bin), 0.0));
+        ends[..1].iter().copied().chain(steps).chain([ends[1]]).collect()
     }
 
-    /// Lines from the smallest to the largest share in a run, at this place within each bin.
-    fn whiskers(&self, runs: &[&[f64]], bins: &Range<i64>, within: f64) -> Vec<Vec<(f64, f64)>> {
+    /// A line from the smallest to the largest share in a run for each bin, at this place within it, with gaps between.
+    fn whiskers(&self, runs: &[Vec<f64>], bins: &Range<i64>, within: f64) -> Vec<Point> {
         let runs = runs.iter().filter(|speeds| !speeds.is_empty());
         let shares: Vec<Vec<f64>> = runs.map(|speeds| self.shares(speeds, bins)).collect();
-        let mut lines = Vec::new();
-        for (n, bin) in bins.clone().enumerate() {
+        let whisker = |(n, bin): (usize, i64)| {
             let of_runs = || shares.iter().map(|shares| shares[n]);
             let (least, most) = (of_runs().fold(1.0, f64::min), of_runs().fold(0.0, f64::max));
-            if most > least {
-                let at = |across: f64| self.edge(bin as f64 + within + across);
-                lines.push(vec![(at(0.0), least), (at(0.0), most)]);
-                lines.extend([least, most].map(|share| vec![(at(-CAP), share), (at(CAP), share)]));
-            }
-        }
-        lines
+            let at = self.edge(bin as f64 + within);
+            let line = [(at, least), (at, most), (f64::NAN, f64::NAN)];
+            line.into_iter().filter(move |_| most > least)
+        };
+        bins.clone().enumerate().flat_map(whisker).collect()
     }
 }
 
@@ -117,7 +97,7 @@ fn words(label: &str, speeds: &[f64]) -> String {
 }
 
 impl Figure for FrontSpeeds {
-    of_runs_in!(series, Part);
+    of_runs_in!(series);
 
     fn check(&self) -> Result<(), String> {
         let refused = |key: &str, value: f64, accepted: &str| {
@@ -140,14 +120,17 @@ impl Figure for FrontSpeeds {
         RequiredData::arrivals()
     }
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
+    /// The speeds of a run, which become shares together with those of others.
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let speeds = speeds(run, run.arrivals()?, self.from_blocks, self.across.max(1));
-        let over = over(run, self.across);
-        Ok(Part { speeds: speeds.ok_or_else(|| no_ruptures(run))?, c: wave_speed_name(run), over })
+        let speeds = speeds.ok_or_else(|| no_ruptures(run))?;
+        Ok(of_run(pen, &speeds, wave_speed_name(run), over(run, self.across)))
     }
 
-    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let all: Vec<f64> = parts.values().flat_map(|part| &part.speeds).copied().collect();
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let speeds = |part: &Sheet| part.panels[0].layers[0].points().iter().map(|point| point.0).collect();
+        let of_runs: Vec<Vec<f64>> = parts.iter().map(speeds).collect();
+        let all = of_runs.concat();
         if all.is_empty() {
             return Err(format!(
                 "no rupture of {} blocks or more has a front over {} spacings",
@@ -156,21 +139,21 @@ impl Figure for FrontSpeeds {
         }
         let bins = self.bins(&all);
         let (mut surfaces, mut lines, mut whiskers) = (Vec::new(), Vec::new(), Vec::new());
+        let mut from = 0;
         for (index, group) in self.series.iter().enumerate() {
             let (_, dash, color) = nth(index);
-            let runs = group.runs().map(|run| Ok(&find(&parts, run)?.speeds[..]));
-            let runs = runs.collect::<Result<Vec<&[f64]>, String>>()?;
+            let runs = &of_runs[from..from + group.runs.len()];
+            from += group.runs.len();
             let together = runs.concat();
             let label = words(&group.label, &together);
-            lines.push(Layer::line(&label, Vec::new(), dash, color));
-            for outline in self.outlines(&self.shares(&together, &bins), &bins) {
-                surfaces.push(Layer::surface("", outline.clone(), 0.13, color));
-                lines.push(Layer::line(&label, outline, dash, color));
-            }
+            let mut outline = self.outline(&self.shares(&together, &bins), &bins);
+            outline.retain(|_| !together.is_empty());
+            surfaces.push(Layer::surface("", outline.clone(), 0.13, color));
+            lines.push(Layer::line(label, outline, dash, color));
             // Those of groups are side by side in a bin.
             let within = (index as f64 + 1.0) / (self.series.len() as f64 + 1.0);
-            let of_group = self.whiskers(&runs, &bins, within);
-            whiskers.extend(of_group.into_iter().map(|line| Layer::line("", line, Dash::Solid, color)));
+            let of_group = self.whiskers(runs, &bins, within);
+            whiskers.extend((!of_group.is_empty()).then(|| Layer::line("", of_group, Dash::Solid, color)));
         }
         if !whiskers.is_empty() {
             whiskers.push(Layer::remark("whiskers: range over runs"));
@@ -179,35 +162,41 @@ impl Figure for FrontSpeeds {
         let shares = lines.iter().flat_map(Layer::points).map(|(_, share)| share);
         // Where all speeds are beyond the axis, it has no share.
         let top = 1.08 * Some(shares.fold(0.0, f64::max)).filter(|top| *top > 0.0).unwrap_or(1.0);
-        let first = parts.values().next().map_or("c", |part| part.c);
-        let c = if parts.values().all(|part| part.c == first) { first } else { "c" };
         let (from, to) = (self.edge(bins.start as f64), self.edge(bins.end as f64));
-        if (from..to).contains(&SLOW) {
-            let label = format!("slow: v < {SLOW} {c}");
-            surfaces.push(Layer::line(label, vec![(SLOW, 0.0), (SLOW, top)], Dash::Dashed, GREY));
+        let Panel { x, layers, .. } = overlaid(parts).panels.remove(0);
+        for layer in layers {
+            match layer.shape {
+                Shape::Line(..) if (from..to).contains(&SLOW) => {
+                    let course = vec![(SLOW, 0.0), (SLOW, top)];
+                    surfaces.push(Layer::line(layer.label, course, Dash::Dashed, GREY));
+                }
+                Shape::Remark => lines.push(layer),
+                _ => {}
+            }
         }
-        let mut over: Vec<&str> = parts.values().map(|part| part.over.as_str()).collect();
-        over.sort_unstable();
-        over.dedup();
-        lines.extend(over.into_iter().map(Layer::remark));
         let beyond = all.iter().filter(|speed| !bins.contains(&(self.place(**speed).floor() as i64))).count();
         lines.extend((beyond > 0).then(|| Layer::remark(format!("beyond the axis: {beyond}"))));
         surfaces.extend(lines);
-        let x = Scale::of(&format!("local front speed v/{c}"), true, 0.0, [from, to].into_iter());
+        let x = Scale::of(&x.label(), true, 0.0, [from, to].into_iter());
         let y = Scale::between("share of local front speeds", 0.0, top);
         Ok(Sheet::single(x, y, surfaces))
     }
 }
 
+/// The speeds of a run, what is slow among them, and what they are taken over.
+fn of_run(pen: Pen<'_>, speeds: &[f64], c: &str, over: String) -> Sheet {
+    let speeds = speeds.iter().map(|speed| (*speed, 0.0)).collect();
+    let slow = Layer::line(format!("slow: v < {SLOW} {c}"), Vec::new(), Dash::Dashed, GREY);
+    let x = Scale::free_powers(&format!("local front speed v/{c}"));
+    Sheet::single(x, Scale::free(""), vec![pen.marks(speeds), slow, Layer::remark(over)])
+}
+
 /// The upper end of the axis at most, over `c`, unless the figure states it.
 const FASTEST: f64 = 10.0;
 
-/// Half the length of the ends of a whisker, in bins.
-const CAP: f64 = 0.08;
-
 #[cfg(test)]
 mod tests {
-    use super::{Figure, FrontSpeeds, Part, Parts};
+    use super::{Figure, FrontSpeeds, Pen, Sheet, of_run};
     use crate::draw::sheet::Shape;
     use asperity_testkit::made_up;
 
@@ -216,11 +205,9 @@ mod tests {
         toml::from_str(&format!("file = \"f.png\"\n{keys}\n{series}")).unwrap()
     }
 
-    fn parts() -> Parts<Part> {
-        let part =
-            |speeds: &[f64]| Part { speeds: speeds.to_vec(), c: "c_S", over: "over 4 spacings".to_owned() };
-        let all = [("a", part(&[0.05, 0.1, 0.12, 2.0])), ("b", part(&[0.05, 0.06])), ("c", part(&[]))];
-        all.map(|(name, part)| (name.to_owned(), part)).into()
+    fn parts() -> Vec<Sheet> {
+        let part = |speeds: &[f64]| of_run(Pen::nth(0, ""), speeds, "c_S", "over 4 spacings".to_owned());
+        vec![part(&[0.05, 0.1, 0.12, 2.0]), part(&[0.05, 0.06]), part(&[])]
     }
 
     fn words(figure: &FrontSpeeds) -> Vec<String> {
@@ -235,14 +222,14 @@ mod tests {
             |shape: &Shape| if let Shape::Line(points, _) = shape { Some(points.clone()) } else { None };
         let is_shown = |points: &Vec<(f64, f64)>| !points.is_empty();
         let lines: Vec<_> = sheet.layers().filter_map(|layer| line(&layer.shape)).filter(is_shown).collect();
-        let shares: Vec<f64> = lines[1..4].iter().map(|outline| outline[1].1).collect();
+        let mut steps = lines[1].clone();
+        steps.retain(|(_, share)| *share > 0.0);
+        let shares: Vec<f64> = steps.iter().step_by(2).map(|(_, share)| *share).collect();
         assert_eq!(shares, [0.5, 1.0 / 3.0, 1.0 / 6.0], "three of six, two and one");
         let is = |place: f64, expected: f64| (place / 10f64.powf(expected) - 1.0).abs() < 1e-12;
-        assert!(is(lines[1][0].0, -1.4) && is(lines[1][3].0, -1.2), "{:?}", lines[1]);
-        assert!(is(lines[2][0].0, -1.0), "{:?}", lines[2]);
+        assert!(is(steps[0].0, -1.4) && is(steps[1].0, -1.2) && is(steps[2].0, -1.0), "{steps:?}");
         // From a quarter of run a to all of run b; and between a half, or a quarter, and none.
-        let ranges: Vec<(f64, f64)> =
-            lines[4..].iter().step_by(3).map(|line| (line[0].1, line[1].1)).collect();
+        let ranges: Vec<(f64, f64)> = lines[2].chunks(3).map(|line| (line[0].1, line[1].1)).collect();
         assert_eq!(ranges, [(0.25, 1.0), (0.0, 0.5), (0.0, 0.25)]);
         assert_eq!(
             words(&figure("")),
@@ -272,14 +259,14 @@ mod tests {
     fn a_run_has_speeds_only_in_ruptures_of_enough_blocks() {
         let mut run = made_up::run("", &[]);
         let figure = figure("from_blocks = 3\nacross = 2");
-        assert!(figure.part(&run).is_err_and(|why| why.contains("has no ruptures")));
+        assert!(figure.part(&run, Pen::nth(0, "")).is_err_and(|why| why.contains("has no ruptures")));
         made_up::with_ruptures(&mut run, &[&[(1, 10, None), (2, 20, None), (3, 30, None)], &[(1, 50, None)]]);
-        let part = figure.part(&run).unwrap();
-        assert_eq!((part.speeds.len(), part.c), (1, "c"));
-        let none: Parts<Part> =
-            parts().into_iter().map(|(run, part)| (run, Part { speeds: vec![], ..part })).collect();
+        let part = figure.part(&run, Pen::nth(0, "")).unwrap();
+        assert_eq!(part.panels[0].layers[0].points().len(), 1);
+        assert_eq!(part.panels[0].x.label(), "local front speed v/c");
+        let none = parts().split_off(2);
         assert_eq!(
-            figure.sheet(none).unwrap_err(),
+            figure.together(none).unwrap_err(),
             "no rupture of 3 blocks or more has a front over 2 spacings"
         );
     }

@@ -4,9 +4,9 @@ use asperity_numbers::fronts::{ACROSS, FROM_BLOCKS, over_stress};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Labelled, Level, Parts, keys, levels, of_runs_in, with_parts};
+use super::kind::{Figure, Labelled, keys, levels, of_runs_in, overlaid, wave_speed_name};
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet, nth};
+use super::sheet::{Dash, GREY, Layer, Pen, Shape, Sheet};
 
 keys! {
     FrontStress;
@@ -14,21 +14,13 @@ keys! {
     /// The runs, each with its label in the legend: their precursors and first global slips are shown.
     series: Vec<Labelled>,
     /// Fewest blocks of a rupture that is shown.
-    #[serde(default = "five")]
+    #[serde(default = "super::kind::number::<FROM_BLOCKS>")]
     from_blocks: u32,
     /// Number of spacings over which speed and stress are taken.
-    #[serde(default = "four")]
+    #[serde(default = "super::kind::number::<ACROSS>")]
     across: u32,
     /// The upper end of the axis of speeds, over `c`. Faster fronts are not shown.
     to_speed: f64,
-}
-
-pub(super) fn five() -> u32 {
-    FROM_BLOCKS
-}
-
-pub(super) fn four() -> u32 {
-    ACROSS
 }
 
 /// What speeds are taken over: over an area the contacts around each.
@@ -39,76 +31,55 @@ pub(super) fn over(run: &RunData, across: u32) -> String {
     }
 }
 
-/// What is shown of a run.
-pub(crate) struct Part {
-    /// Stress and speed of the fronts of precursors, and of the global slip.
-    marks: [Vec<(f64, f64)>; 2],
-    /// Levels of friction over load.
-    levels: Vec<Level>,
-    /// The wave speed, and that of longitudinal waves over it where there are any.
-    wave_m_per_s: f64,
-    longitudinal: Option<f64>,
-    /// What speeds are taken over.
-    over: String,
-}
+/// Radius of a disc, in pixels.
+const DISC: f64 = 8.0;
+
+/// Beyond any stress: lines across reach so far on both sides.
+const ACROSS_ALL: f64 = 1e3;
 
 impl Figure for FrontStress {
-    of_runs_in!(series, Part);
+    of_runs_in!(series, RequiredData::fronts());
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::fronts()
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        let mut fronts = over_stress(run, run.of_fronts()?, self.from_blocks, self.across.max(1));
+        fronts.iter_mut().for_each(|of| of.retain(|point| (0.0..=self.to_speed).contains(&point.1)));
+        let name = wave_speed_name(run);
+        let wave_m_per_s = run.plan.scales.wave_speed_m_per_s();
+        let level = |name: &str, ratio: f64, dash| {
+            let label = format!("{name} = {:.0} m/s", ratio * wave_m_per_s);
+            Layer::line(label, vec![(-ACROSS_ALL, ratio), (ACROSS_ALL, ratio)], dash, GREY)
+        };
+        let mut layers = vec![level(name, 1.0, Dash::Dashed)];
+        let longitudinal = run.plan.elastic.longitudinal_over_shear().filter(|ratio| *ratio <= self.to_speed);
+        layers.extend(longitudinal.map(|ratio| level("c_L", ratio, Dash::Dotted)));
+        layers.extend(levels(run, |at| vec![(at, 0.0), (at, self.to_speed)]));
+        // The legend distinguishes them where there are both.
+        let remarks = ["open: precursors", "discs: first global slip"].into_iter().zip(fronts.clone());
+        let remarks = remarks.filter(|(_, fronts)| !fronts.is_empty()).map(|(text, _)| Layer::remark(text));
+        let [precursors, global_slip] = fronts;
+        // Marks of a global slip are filled, to be distinguishable in grey.
+        layers.extend([pen.marks(precursors), Layer::discs("", global_slip, DISC, pen.look.2)]);
+        layers.extend(remarks.chain([Layer::remark(over(run, self.across))]));
+        let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
+        Ok(Sheet::single(Scale::free("τ_n/p_n before the rupture"), y, layers))
     }
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
-        Ok(Part {
-            marks: over_stress(run, run.of_fronts()?, self.from_blocks, self.across.max(1)),
-            levels: levels(run),
-            wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
-            longitudinal: run.plan.elastic.longitudinal_over_shear(),
-            over: over(run, self.across),
-        })
-    }
-
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let all = with_parts(&self.series, &parts)?;
-        let shown = |point: &&(f64, f64)| (0.0..=self.to_speed).contains(&point.1);
-        let of =
-            |n: usize| all.iter().flat_map(move |(_, part)| &part.marks[n]).filter(shown).map(|(x, _)| *x);
-        let stresses = || of(0).chain(of(1));
-        if stresses().next().is_none() {
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut panel = overlaid(parts).panels.remove(0);
+        if panel
+            .layers
+            .iter()
+            .all(|layer| matches!(layer.shape, Shape::Line(..)) || layer.points().is_empty())
+        {
             return Err(format!(
                 "no rupture of {} blocks or more has a front up to {} c, and a state at its onset",
                 self.from_blocks, self.to_speed
             ));
         }
-        let Some((_, first)) = all.first() else { return Err("no run is named".to_owned()) };
-        let friction = || first.levels.iter().map(|(level, ..)| *level);
-        let x = Scale::of("τ_n/p_n before the rupture", false, 0.05, stresses().chain(friction()));
-        let (from, to) = x.ends();
-        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
-        let level = |label: String, at: f64, dash| Layer::line(label, vec![(from, at), (to, at)], dash, GREY);
-        let mut layers = vec![level(format!("{name} = {:.0} m/s", first.wave_m_per_s), 1.0, Dash::Dashed)];
-        if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
-            layers.push(level(format!("c_L = {:.0} m/s", ratio * first.wave_m_per_s), ratio, Dash::Dotted));
-        }
-        layers.extend(first.levels.iter().map(|&(at, dash, color, label)| {
-            Layer::line(label, vec![(at, 0.0), (at, self.to_speed)], dash, color)
-        }));
-        for (index, (label, part)) in all.iter().enumerate() {
-            let (marker, _, color) = nth(index);
-            let [precursors, global_slip] = part.marks.clone();
-            layers.push(Layer::marks(*label, precursors, marker, color));
-            // Marks of a global slip are filled, to be distinguishable in grey.
-            layers.push(Layer::discs("", global_slip, DISC, color));
-        }
-        // The legend distinguishes them where there are both.
-        layers.extend(of(0).next().map(|_| Layer::remark("open: precursors")));
-        layers.extend(of(1).next().map(|_| Layer::remark("discs: first global slip")));
-        layers.push(Layer::remark(&first.over));
-        let y = Scale::between(&format!("v/{name}"), 0.0, self.to_speed);
-        Ok(Sheet::single(x, y, layers))
+        let points = panel.layers.iter().flat_map(Layer::points).map(|point| point.0);
+        let stresses = points.filter(|stress| stress.abs() < ACROSS_ALL);
+        panel.x = Scale::of(&panel.x.label(), false, 0.05, stresses.collect::<Vec<_>>().into_iter());
+        panel.layers.sort_by_key(|layer| layer.shape == Shape::Remark);
+        Ok(Sheet::of(vec![panel]))
     }
 }
-
-/// Radius of a disc, in pixels.
-const DISC: f64 = 8.0;

@@ -1,8 +1,5 @@
 //! What the kinds of figures have in common.
 
-use std::any::Any;
-use std::collections::BTreeMap;
-
 use asperity_numbers::curve::Role;
 use asperity_numbers::curve_list;
 use asperity_numbers::required_data::RequiredData;
@@ -11,74 +8,87 @@ use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::sheet::{BLUE, Dash, GREY, Layer, Pen, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, Layer, Pen, Point, RED, Shape, Sheet};
+use crate::spec::Measured;
 
 /// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
 /// from these parts once it has all.
 pub(super) trait Figure: Framed + Sync {
-    /// What it takes of a run: the points that it shows, and no more.
-    type Part: Send + 'static;
-
-    /// The runs it is made of.
-    fn runs(&self) -> Vec<&str>;
+    /// The runs it is made of, each with the pen that draws it.
+    fn runs(&self) -> Vec<(&str, Pen<'_>)>;
 
     /// What it reads of a run beside slip events, ruptures and switches.
     fn required_data(&self) -> RequiredData {
         RequiredData::NOTHING
     }
 
+    /// Points to compare with; in words, what is not accepted of them.
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        Ok(None)
+    }
+
     /// Checks its keys; in words, what is not accepted.
     fn check(&self) -> Result<(), String> {
-        Ok(())
+        self.measured().map(drop)
     }
 
-    /// Its part of a run; in words, what the run lacks.
-    fn part(&self, run: &RunData) -> Result<Self::Part, String>;
+    /// Its part of a run, the points that it shows and no more; in words, what the run lacks.
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String>;
 
-    /// What is on it, made of the parts of all its runs; in words, what they lack. One without a title has that of the
-    /// figure.
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String>;
-}
-
-/// Parts by the name of their run.
-pub(super) type Parts<P> = BTreeMap<String, P>;
-
-/// A figure of whichever kind.
-pub(super) trait AnyFigure: Framed + Sync {
-    fn runs(&self) -> Vec<&str>;
-    fn required_data(&self) -> RequiredData;
-    fn check(&self) -> Result<(), String>;
-    fn part(&self, run: &RunData) -> Result<AnyPart, String>;
-    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
-}
-
-/// A part of a figure of whichever kind.
-pub(super) type AnyPart = Box<dyn Any + Send>;
-
-impl<F: Figure> AnyFigure for F {
-    fn runs(&self) -> Vec<&str> {
-        Figure::runs(self)
+    /// What is on it, made of the parts of all its runs in their order; in words, what they lack.
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        Ok(overlaid(parts))
     }
 
-    fn required_data(&self) -> RequiredData {
-        Figure::required_data(self)
-    }
-
-    fn check(&self) -> Result<(), String> {
-        Figure::check(self)
-    }
-
-    fn part(&self, run: &RunData) -> Result<AnyPart, String> {
-        Ok(Box::new(Figure::part(self, run)?))
-    }
-
-    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String> {
-        let own = |part: AnyPart| *part.downcast().expect("a figure gets back the parts that it took");
-        let sheet = Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())?;
+    /// The same with measured points, its width, and its title or, without one, that of what is on it.
+    fn sheet(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let sheet = self.together(parts)?.with_measured(self.measured()?.as_ref());
         let Frame { title, width_mm, .. } = self.frame();
         let title = if title.is_empty() { sheet.title } else { title.to_owned() };
         Ok(Sheet { title, width_mm, ..sheet })
     }
+}
+
+/// Sheets one upon the other, panel upon panel, with surfaces behind; what several show alike is drawn once.
+pub(super) fn overlaid(parts: Vec<Sheet>) -> Sheet {
+    upon_each_other(parts, |layers, layer| {
+        if !layers.contains(&layer) {
+            layers.push(layer);
+            layers.sort_by_key(|layer| !matches!(layer.shape, Shape::Surface(..)));
+        }
+    })
+}
+
+/// Sheets one upon the other, in which lines and marks of one label and colour are one, as of runs that belong
+/// together; lines from left to right.
+pub(super) fn joined(parts: Vec<Sheet>) -> Sheet {
+    upon_each_other(parts, |layers, layer| {
+        let alike = layers.iter_mut().filter(|of| of.label == layer.label && of.colour == layer.colour);
+        for known in alike {
+            match (&mut known.shape, &layer.shape) {
+                (Shape::Line(points, _), Shape::Line(more, _)) => {
+                    if points != more {
+                        points.extend(more);
+                        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                    }
+                    return;
+                }
+                (Shape::Marks(points, _), Shape::Marks(more, _)) => return points.extend(more),
+                _ => {}
+            }
+        }
+        layers.push(layer);
+    })
+}
+
+fn upon_each_other(parts: Vec<Sheet>, add: impl Fn(&mut Vec<Layer>, Layer)) -> Sheet {
+    let upon = |mut whole: Sheet, part: Sheet| {
+        for (panel, of_part) in whole.panels.iter_mut().zip(part.panels) {
+            of_part.layers.into_iter().for_each(|layer| add(&mut panel.layers, layer));
+        }
+        whole
+    };
+    parts.into_iter().reduce(upon).unwrap_or_else(|| Sheet::of(Vec::new()))
 }
 
 /// What all figures say of themselves.
@@ -139,37 +149,41 @@ macro_rules! keys {
     };
 }
 
-/// In a [`Figure`] with the keys `file` and `run`: the part of its one run is all of it.
+/// In a [`Figure`] with the key `run`: its only run, and what it reads of it, if this needs no key.
 macro_rules! of_one_run {
-    () => {
-        type Part = $crate::draw::sheet::Sheet;
-
-        fn runs(&self) -> Vec<&str> {
-            vec![&self.run]
+    ($($required_data:expr)?) => {
+        fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
+            vec![(&self.run, $crate::draw::sheet::Pen::nth(0, ""))]
         }
 
-        fn sheet(
-            &self,
-            parts: $crate::draw::kind::Parts<Self::Part>,
-        ) -> Result<$crate::draw::sheet::Sheet, String> {
-            $crate::draw::kind::find(&parts, &self.run).cloned()
-        }
+        $(fn required_data(&self) -> RequiredData {
+            $required_data
+        })?
     };
 }
 
-/// In a [`Figure`] with the key `file` and a list of series or panels: its runs are those of the list,
-/// and it takes a part of this type of each.
+/// In a [`Figure`] with a list of series or panels: its runs are those of the list, and those of one entry have one
+/// pen; and what it reads of them.
 macro_rules! of_runs_in {
-    ($list:ident, $part:ty) => {
-        type Part = $part;
-
-        fn runs(&self) -> Vec<&str> {
-            self.$list.iter().flat_map(|labelled| labelled.runs()).collect()
+    ($list:ident $(, $required_data:expr)?) => {
+        fn runs(&self) -> Vec<(&str, $crate::draw::sheet::Pen<'_>)> {
+            let pen = $crate::draw::sheet::Pen::nth;
+            let all = self.$list.iter().enumerate();
+            all.flat_map(|(n, of)| of.runs().map(move |run| (run, pen(n, &of.label)))).collect()
         }
+
+        $(fn required_data(&self) -> RequiredData {
+            $required_data
+        })?
     };
 }
 
 pub(super) use {keys, of_one_run, of_runs_in};
+
+/// The default of a key.
+pub(super) fn number<const N: u32>() -> u32 {
+    N
+}
 
 /// A run and what the legend calls it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -182,8 +196,8 @@ pub(super) struct Labelled {
 }
 
 impl Labelled {
-    pub(super) fn runs(&self) -> [&str; 1] {
-        [&self.run]
+    pub(super) fn runs(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(self.run.as_str())
     }
 }
 
@@ -203,23 +217,6 @@ impl Group {
     }
 }
 
-/// The runs of a figure's series, each with what the legend calls it and its part.
-pub(super) fn with_parts<'a, P>(
-    series: &'a [Labelled],
-    parts: &'a Parts<P>,
-) -> Result<Vec<(&'a str, &'a P)>, String> {
-    series.iter().map(|labelled| Ok((labelled.label.as_str(), find(parts, &labelled.run)?))).collect()
-}
-
-/// The runs of a figure's series, each with the pen that draws it and its part.
-pub(super) fn with_pens<'a, P>(
-    series: &'a [Labelled],
-    parts: &'a Parts<P>,
-) -> Result<Vec<(Pen<'a>, &'a P)>, String> {
-    let all = with_parts(series, parts)?.into_iter().enumerate();
-    Ok(all.map(|(index, (label, part))| (Pen::nth(index, label), part)).collect())
-}
-
 /// What the wave speed is called that front speeds are compared with: where there are shear waves, theirs.
 pub(super) fn wave_speed_name(run: &RunData) -> &'static str {
     if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" }
@@ -230,9 +227,6 @@ pub(super) fn place_name(run: &RunData) -> &'static str {
     if run.of_one_row().is_some() { "block n" } else { "column i" }
 }
 
-/// A level of friction over load, how its line looks, and what it is called.
-pub(super) type Level = (f64, Dash, RGBColor, &'static str);
-
 /// How lines look that are not measured.
 pub(super) fn level_look(role: Role) -> (Dash, RGBColor) {
     match role {
@@ -242,22 +236,11 @@ pub(super) fn level_look(role: Role) -> (Dash, RGBColor) {
     }
 }
 
-/// Levels of friction over load that the law of a run has: the two coefficients, or `f_0`.
-pub(super) fn levels(run: &RunData) -> Vec<Level> {
-    let look = |(level, role, label)| {
+/// The lines of the levels of friction over load that the law of a run has, the two coefficients or `f_0`.
+pub(super) fn levels(run: &RunData, line: impl Fn(f64) -> Vec<Point>) -> Vec<Layer> {
+    let layer = |(level, role, label)| {
         let (dash, colour) = level_look(role);
-        (level, dash, colour, label)
+        Layer::line(label, line(level), dash, colour)
     };
-    curve_list::levels(run).into_iter().map(look).collect()
-}
-
-/// They as lines across a figure.
-pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> Vec<Layer> {
-    let line = |(mu, dash, color, label)| Layer::line(label, vec![(0.0, mu), (to_x, mu)], dash, color);
-    levels(run).into_iter().map(line).collect()
-}
-
-/// The part of the run of this name.
-pub(super) fn find<'a, P>(parts: &'a Parts<P>, name: &str) -> Result<&'a P, String> {
-    parts.get(name).ok_or_else(|| format!("there is no run {name}"))
+    curve_list::levels(run).into_iter().map(layer).collect()
 }

@@ -10,9 +10,9 @@ use asperity_numbers::precursors::{self, Precursor};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, keys, of_runs_in, overlaid};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, INK, Layer, Marker, Point, Shape, Sheet};
+use super::sheet::{BLUE, Dash, INK, Layer, Marker, Pen, Point, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -27,42 +27,21 @@ keys! {
     measured_label: Option<String>,
 }
 
-/// What is shown of a run.
-pub(crate) struct Part {
-    law: Vec<Point>,
-    points: Vec<Point>,
-    /// `A_p / A` over an area; else empty.
-    areas: Vec<Point>,
-    /// Both in their place, where the drive is held.
-    beside_hold: Option<[Layer; 4]>,
-}
-
 /// A law from no length to that of the slider, in so many steps: the load at each.
 pub(super) fn course(law: LengthLaw, parameters: &LengthLawParameters, steps: u32) -> Vec<Point> {
     let lengths = (0..=steps).map(|n| f64::from(n) / f64::from(steps));
     lengths.map(|length| (law.load_ratio(parameters, length), length)).collect()
 }
 
-impl Lengths {
-    /// Its measured points.
+impl Figure for Lengths {
+    of_runs_in!(series, RequiredData::LOADS);
+
     fn measured(&self) -> Result<Option<Measured>, String> {
         let names = [["ft_fn_onset", "F_T/F_N"], ["length_ratio", "L_p/L"]];
         MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
-}
 
-impl Figure for Lengths {
-    of_runs_in!(series, Part);
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
-
-    fn check(&self) -> Result<(), String> {
-        self.measured().map(drop)
-    }
-
-    fn part(&self, run: &RunData) -> Result<Part, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let parameters = LengthLawParameters::of(&run.scenario);
         let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario));
         let law = law.map_or_else(Vec::new, |law| course(law, &parameters, 400));
@@ -70,31 +49,23 @@ impl Figure for Lengths {
         let points: Vec<Point> =
             found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
         let area = |found: &Precursor<'_>| (found.start.ft_fn_onset, found.area_ratio(run.header.blocks));
-        let areas = if run.of_one_row().is_none() { found.iter().map(area).collect() } else { Vec::new() };
+        let areas = found.iter().filter(|_| run.of_one_row().is_none()).map(area).collect();
+        let mut layers = vec![pen.unlabelled().discs(areas)];
         let hold_step = run.plan.drive.hold_from_step;
-        let beside_hold =
-            hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law)).transpose()?;
-        Ok(Part { law, points, areas, beside_hold })
+        match hold_step {
+            Some(hold_step) => layers.extend(beside_hold(run, hold_step, &points, &law)?),
+            None => layers.push(pen.line(law)),
+        }
+        layers.retain(|layer| !layer.points().is_empty());
+        layers.extend(hold_step.is_none().then(|| pen.marks(points)));
+        Ok(Sheet::single(Scale::free("F_T/F_N"), Scale::between("L_p/L", 0.0, 1.08), layers))
     }
 
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let mut drawn = Vec::new();
-        let mut longest: f64 = 0.0;
-        let (mut any_line, mut is_over_area) = (false, false);
-        for (pen, Part { law, points, areas, beside_hold }) in with_pens(&self.series, &parts)? {
-            is_over_area |= !areas.is_empty();
-            any_line |= !law.is_empty();
-            longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
-            drawn.extend((!areas.is_empty()).then(|| pen.unlabelled().discs(areas.clone())));
-            match beside_hold {
-                None => {
-                    drawn.push(pen.marks(points.clone()));
-                    drawn.extend((!law.is_empty()).then(|| pen.line(law.clone())));
-                }
-                Some(of_both) => drawn.extend(of_both.iter().filter(|of| !of.points().is_empty()).cloned()),
-            }
-        }
-        if let (Some(law), false) = (self.law, any_line) {
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut layers = overlaid(parts).panels.remove(0).layers;
+        let has = |is: fn(&Shape) -> bool| layers.iter().any(|layer| is(&layer.shape));
+        let is_over_area = has(|shape| matches!(shape, Shape::Discs(..)));
+        if let (Some(law), false) = (self.law, has(|shape| matches!(shape, Shape::Line(..)))) {
             return Err(format!(
                 "law = {} has no line: {} is that of a chain, and no run is of one (accepted: no law, or a run of a \
                  chain)",
@@ -106,11 +77,11 @@ impl Figure for Lengths {
         let of_areas = is_over_area.then(|| "discs: A_p/A".to_owned());
         let note: Vec<String> = of_law.into_iter().chain(of_areas).collect();
         // Curves first, so that marks lie on top of them.
-        drawn.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
+        layers.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
+        let longest = layers.iter().flat_map(Layer::points).fold(0.0, |longest: f64, at| longest.max(at.0));
         let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
-        let sheet = Sheet::single(x, y, drawn).noted(&note.join(", "));
-        Ok(sheet.with_measured(self.measured()?.as_ref()))
+        Ok(Sheet::single(x, y, layers).noted(&note.join(", ")))
     }
 }
 
@@ -143,9 +114,7 @@ fn beside_hold(
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
-    use super::{Figure, Lengths, Shape};
+    use super::{Figure, Lengths, Pen, Shape};
     use asperity_testkit::made_up::{self, EVENTS};
 
     /// The labels of the lines.
@@ -156,9 +125,9 @@ mod tests {
             ("chain", made_up::run("", &EVENTS)),
             ("creeping", made_up::run("friction.law = 'rate-and-state'", &EVENTS)),
         ];
-        let parts: BTreeMap<String, _> =
-            runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
-        let panel = figure.sheet(parts)?.panels.remove(0);
+        let run = |name: &str| &runs.iter().find(|(of, _)| *of == name).unwrap().1;
+        let parts = figure.runs().into_iter().map(|(name, pen)| figure.part(run(name), pen).unwrap());
+        let panel = figure.sheet(parts.collect())?.panels.remove(0);
         let note = panel.layers.last().unwrap();
         assert_eq!(matches!(note.shape, Shape::Remark), toml.contains("law"), "{note:?}");
         let lines = panel.layers.into_iter().filter(|series| matches!(series.shape, Shape::Line(..)));
@@ -174,8 +143,8 @@ mod tests {
         run.slips[1].last_block = 2;
         let figure: Lengths =
             toml::from_str("file = 'f.png'\nseries = [{ run = 'a', label = 'A' }]").unwrap();
-        let parts = BTreeMap::from([("a".to_owned(), figure.part(&run).unwrap())]);
-        let panel = figure.sheet(parts).unwrap().panels.remove(0);
+        let part = figure.part(&run, Pen::nth(0, "A")).unwrap();
+        let panel = figure.sheet(vec![part]).unwrap().panels.remove(0);
         let of = |is: fn(&Shape) -> bool| -> Vec<f64> {
             let series = panel.layers.iter().find(|series| is(&series.shape)).unwrap();
             series.points().iter().map(|(_, share)| *share).collect()

@@ -2,15 +2,13 @@
 //! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
 //! to 6.12).
 
-use std::collections::BTreeSet;
-
 use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
 
-use super::kind::{Figure, coefficient_lines, keys, of_one_run};
+use super::kind::{Figure, keys, levels, of_one_run};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Panel, Shape, Sheet};
+use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -25,34 +23,21 @@ keys! {
     measured_label: Option<String>,
 }
 
-/// Events after the first slip of the whole slider are drawn as lines if they fall into at most
-/// this many parts of the time, otherwise as dots.
-const PARTS: f64 = 600.0;
+/// More events after the first slip of the whole slider are drawn as dots.
 const MOST_LINES: usize = 40;
 
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
 
-impl Load {
-    /// Its measured points.
+impl Figure for Load {
+    of_one_run!(RequiredData::LOADS);
+
     fn measured(&self) -> Result<Option<Measured>, String> {
         let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
         MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
-}
 
-impl Figure for Load {
-    of_one_run!();
-
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
-
-    fn check(&self) -> Result<(), String> {
-        self.measured().map(drop)
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let duration_s = run.plan.grid.time_s(run.header.steps);
         let load: Vec<(f64, f64)> =
             run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
@@ -63,22 +48,24 @@ impl Figure for Load {
         let theory = theory.filter(is_seen).map(|points| Layer::line("theory", points, Dash::Dashed, GREEN));
         let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
         let y = Scale::free("F_T/F_N");
-        let series: Vec<Layer> =
-            coefficient_lines(run, duration_s).into_iter().chain([simulated]).chain(theory).collect();
+        let series: Vec<Layer> = levels(run, |mu| vec![(0.0, mu), (duration_s, mu)])
+            .into_iter()
+            .chain([simulated])
+            .chain(theory)
+            .collect();
         if !self.sliding {
-            return Ok(Sheet::single(x, y, series).with_measured(self.measured()?.as_ref()));
+            return Ok(Sheet::single(x, y, series));
         }
         let upper = Panel::new(x, y, series);
         // A line for each event. After the first slip of the whole slider there may be too many for
         // separate lines.
         let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let later = peaks.iter().filter(|(step, _)| *step > global);
-        let later: BTreeSet<u64> =
-            later.map(|(_, (time_s, _))| (time_s / duration_s * PARTS) as u64).collect();
+        let later = peaks.iter().filter(|load| load.step > global).count();
         let (before, after): (Vec<_>, Vec<_>) =
-            peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
-        let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
+            peaks.into_iter().partition(|load| load.step <= global || later <= MOST_LINES);
+        let point = |load: &run_data::Load| (load.time_s, f64::from(load.sliding));
+        let points = |peaks: Vec<_>| peaks.into_iter().map(point).collect();
         let x = Scale::between("t (s)", 0.0, duration_s);
         let y = Scale::between("blocks sliding", 0.0, 1.08 * f64::from(run.header.blocks));
         let series = vec![
@@ -86,20 +73,15 @@ impl Figure for Load {
             Layer::discs("", points(after), DOT_RADIUS, INK),
         ];
         let lower = Panel::new(x, y.in_whole_numbers(true), series);
-        Ok(Sheet::stacked(upper, lower).with_measured(self.measured()?.as_ref()))
+        Ok(Sheet::stacked(upper, lower))
     }
 }
 
-/// Of every stretch of time in which blocks slide, the first step in which most do: the step, its time
-/// and how many.
-fn peaks(loads: &[run_data::Load]) -> Vec<(u64, (f64, f64))> {
-    let stretches = loads.split(|load| load.sliding == 0).filter(|stretch| !stretch.is_empty());
-    let peak = |stretch: &[run_data::Load]| {
-        let most = stretch.iter().map(|load| load.sliding).max()?;
-        let load = stretch.iter().find(|load| load.sliding == most)?;
-        Some((load.step, (load.time_s, f64::from(most))))
-    };
-    stretches.filter_map(peak).collect()
+/// The first record with most sliding blocks of every stretch of time in which some slide.
+fn peaks(loads: &[run_data::Load]) -> Vec<&run_data::Load> {
+    let stretches = loads.split(|load| load.sliding == 0);
+    // Of several `max_by_key` takes the last.
+    stretches.filter_map(|stretch| stretch.iter().rev().max_by_key(|load| load.sliding)).collect()
 }
 
 #[cfg(test)]
@@ -119,6 +101,7 @@ mod tests {
             sliding,
         };
         let loads: Vec<Load> = (0..).zip(sliding).map(load).collect();
-        assert_eq!(peaks(&loads), [(2, (2.0, 5.0)), (7, (7.0, 3.0)), (9, (9.0, 7.0))]);
+        let found: Vec<(u64, u32)> = peaks(&loads).iter().map(|load| (load.step, load.sliding)).collect();
+        assert_eq!(found, [(2, 5), (7, 3), (9, 7)]);
     }
 }

@@ -2,11 +2,12 @@
 
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_record::Rupture;
 
 use super::kind::{Figure, keys, levels, of_one_run};
 use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, INK, Layer, Marker, Shape, Sheet};
+use super::sheet::{Dash, INK, Layer, Marker, Pen, Shape, Sheet};
 
 keys! {
     LoadRuptures: run;
@@ -18,13 +19,9 @@ keys! {
 }
 
 impl Figure for LoadRuptures {
-    of_one_run!();
+    of_one_run!(RequiredData::LOADS);
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         curve(run, self.from_s, self.to_s)
     }
 }
@@ -41,12 +38,8 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     let from_s = from_s.unwrap_or(0.0);
     let to_s = to_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps));
     let in_view = |time_s: f64| (from_s..=to_s).contains(&time_s);
-    let load: Vec<(f64, f64)> = run
-        .loads()?
-        .iter()
-        .filter(|load| in_view(load.time_s))
-        .map(|load| (load.time_s, load.load_ratio()))
-        .collect();
+    let loads = run.loads()?.iter().filter(|load| in_view(load.time_s));
+    let load: Vec<(f64, f64)> = loads.map(|load| (load.time_s, load.load_ratio())).collect();
     if load.is_empty() {
         return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
     }
@@ -54,38 +47,29 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     let clock = Clock::of(from_s, to_s, from_s);
     let place = |time_s: f64| clock.place(time_s);
     let (from, to) = (place(from_s), place(to_s));
-    let friction = &run.plan.friction;
     // A part of a run is shown as large as it is, the whole from zero to what contacts can bear.
-    let (mut low, mut high) =
-        if is_part { (f64::INFINITY, f64::NEG_INFINITY) } else { (0.0, friction.static_coefficient) };
-    for (_, ratio) in &load {
-        (low, high) = (low.min(*ratio), high.max(*ratio));
-    }
+    let whole = [0.0, run.plan.friction.static_coefficient].into_iter().filter(|_| !is_part);
+    let ratios = || load.iter().map(|(_, ratio)| *ratio).chain(whole.clone());
+    let (low, high) = (ratios().fold(f64::INFINITY, f64::min), ratios().fold(f64::NEG_INFINITY, f64::max));
     let height = (high - low).max(1e-9 * high.abs());
     let bottom = if low == 0.0 { 0.0 } else { low - 0.05 * height };
     let top = high + if is_part { 0.2 } else { 0.08 } * height;
-    let within = levels(run).into_iter().filter(|(level, ..)| (bottom..=top).contains(level));
-    let mut layers: Vec<Layer> = within
-        .map(|(level, dash, color, label)| Layer::line(label, vec![(from, level), (to, level)], dash, color))
-        .collect();
+    let mut layers = levels(run, |level| vec![(from, level), (to, level)]);
+    layers.retain(|level| (bottom..=top).contains(&level.points()[0].1));
     let points = load.iter().map(|(time_s, ratio)| (place(*time_s), *ratio)).collect();
     layers.push(Layer::line("F_T/F_N", points, Dash::Solid, INK));
     // Others are too many for marks.
-    let marked =
-        [(Sort::GlobalSlip, Marker::Square, "global slip"), (Sort::Precursor, Marker::Triangle, "precursor")];
-    for (sort, marker, label) in marked {
+    for (sort, marker) in [(Sort::GlobalSlip, Marker::Square), (Sort::Precursor, Marker::Triangle)] {
         let of_sort = ruptures.iter().filter(|(rupture, of)| *of == sort && in_view(rupture.onset_s));
         let at = of_sort.map(|(rupture, _)| (place(rupture.onset_s), rupture.ft_fn_onset));
-        let marks = Layer::marks(label, at.collect(), marker, color_of(sort));
+        let marks = Layer::marks(sort.label(), at.collect(), marker, color_of(sort));
         layers.extend((!marks.points().is_empty()).then_some(marks));
     }
     // Where they are crowded they move to the left, since the load rises to the right.
     let width = (to - from) / NUMBERS;
     let mut free_to = to;
-    for (rupture, sort) in ruptures.iter().rev() {
-        if *sort == Sort::Other || !in_view(rupture.onset_s) {
-            continue;
-        }
+    let is_numbered = |(rupture, sort): &&(&Rupture, Sort)| *sort != Sort::Other && in_view(rupture.onset_s);
+    for (rupture, _) in ruptures.iter().rev().filter(is_numbered) {
         let at = place(rupture.onset_s);
         let beside = at.min(free_to);
         if at - beside <= FARTHEST * width && beside > from {

@@ -2,17 +2,18 @@
 //! where they grow in all directions, from slow ones, `T` (Ide and others, Nature 447, 76 (2007)).
 
 use asperity_numbers::run_data::RunData;
+use asperity_record::Rupture;
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, keys, of_runs_in, overlaid};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet};
+use super::sheet::{Dash, GREY, Layer, Pen, Point, Sheet};
 
 keys! {
     MomentDuration: series;
 
     /// The smallest rupture that is shown, in blocks.
-    #[serde(default = "super::arrival_map::one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
 }
 
@@ -20,38 +21,32 @@ keys! {
 const SLOPES: [i32; 3] = [1, 2, 3];
 
 impl Figure for MomentDuration {
-    of_runs_in!(series, Vec<(f64, f64)>);
+    of_runs_in!(series);
 
-    /// Duration and moment of every rupture that has ended and slid forwards.
-    fn part(&self, run: &RunData) -> Result<Vec<(f64, f64)>, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let ruptures = run.ruptures.as_ref().ok_or_else(|| no_ruptures(run))?;
         let counts = ruptures.iter().filter(|rupture| rupture.slipped() >= self.from_blocks);
-        let point = |rupture: &asperity_record::Rupture| {
-            Some((rupture.end_s? - rupture.onset_s, rupture.moment_n_m?))
-        };
-        Ok(counts
-            .filter_map(point)
-            .filter(|(duration_s, moment)| *duration_s > 0.0 && *moment > 0.0)
-            .collect())
+        // Of every rupture that has ended and slid forwards.
+        let point = |rupture: &Rupture| Some((rupture.end_s? - rupture.onset_s, rupture.moment_n_m?));
+        let is_shown = |(duration_s, moment): &Point| *duration_s > 0.0 && *moment > 0.0;
+        let points: Vec<Point> = counts.filter_map(point).filter(is_shown).collect();
+        let marks = pen.called(&format!("{}: {}", pen.label, points.len())).marks(points);
+        let (x, y) = ("duration T (s)", "moment M_0 (N m)");
+        Ok(Sheet::single(Scale::free_powers(x), Scale::free_powers(y), vec![marks]))
     }
 
-    fn sheet(&self, parts: Parts<Vec<(f64, f64)>>) -> Result<Sheet, String> {
-        let points: Vec<(f64, f64)> = parts.values().flatten().copied().collect();
-        let x = Scale::free_powers("duration T (s)").fitted(points.iter().map(|point| point.0));
-        let y = Scale::free_powers("moment M_0 (N m)").fitted(points.iter().map(|point| point.1));
-        let mut layers = guides(&points, x.ends());
-        for (pen, points) in with_pens(&self.series, &parts)? {
-            let label = format!("{}: {}", pen.label, points.len());
-            layers.push(pen.called(&label).marks(points.clone()));
-        }
-        Ok(Sheet::single(x, y, layers))
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut panel = overlaid(parts).panels.remove(0).fitted();
+        let points: Vec<Point> = panel.layers.iter().flat_map(Layer::points).collect();
+        panel.layers.splice(..0, guides(&points, panel.x.ends()));
+        Ok(Sheet::of(vec![panel]))
     }
 }
 
 /// Straight lines of each slope through the middle of the points, between two durations.
-fn guides(points: &[(f64, f64)], (from_s, to_s): (f64, f64)) -> Vec<Layer> {
-    let median = |of: fn(&(f64, f64)) -> f64| asperity_numbers::median(points.iter().map(of));
-    let line = |(middle_s, middle): (f64, f64), slope| {
+fn guides(points: &[Point], (from_s, to_s): (f64, f64)) -> Vec<Layer> {
+    let median = |of: fn(&Point) -> f64| asperity_numbers::median(points.iter().map(of));
+    let line = |(middle_s, middle): Point, slope| {
         let at = |duration_s: f64| (duration_s, middle * (duration_s / middle_s).powi(slope));
         Layer::line("M_0 ∝ T, T², T³", vec![at(from_s), at(to_s)], Dash::Dotted, GREY)
     };

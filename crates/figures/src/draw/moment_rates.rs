@@ -18,15 +18,11 @@ keys! {
     MomentRates: run;
 
     /// How many ruptures, those of the largest moment among the recorded ones, up to five.
-    #[serde(default = "three")]
-    count: usize,
+    #[serde(default = "super::kind::number::<3>")]
+    count: u32,
     /// Whether the axis of rates is logarithmic.
     #[serde(default)]
     logarithmic: bool,
-}
-
-fn three() -> usize {
-    3
 }
 
 /// Smallest rate on a logarithmic axis, over the largest.
@@ -36,17 +32,13 @@ const LOWEST: f64 = 1e-3;
 type Course<'a> = (&'a Rupture, Vec<(f64, f64)>);
 
 impl Figure for MomentRates {
-    of_one_run!();
+    of_one_run!(RequiredData::WINDOWS | RequiredData::arrivals());
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::WINDOWS | RequiredData::arrivals()
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let mut courses = courses(run)?;
         let moment = |course: &Course| course.0.moment_n_m.unwrap_or_default();
         courses.sort_by(|a, b| moment(b).total_cmp(&moment(a)));
-        courses.truncate(self.count.clamp(1, 5));
+        courses.truncate(self.count.clamp(1, 5) as usize);
         let rates = courses.iter().flat_map(|(_, points)| points).map(|point| point.1);
         let highest = rates.fold(0.0, f64::max);
         let mut layers = Vec::new();

@@ -2,10 +2,10 @@
 
 use asperity_numbers::run_data::RunData;
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_pens};
+use super::kind::{Figure, keys, of_runs_in, overlaid};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
-use super::sheet::{Dash, GREY, Layer, Sheet};
+use super::sheet::{Dash, GREY, Layer, Pen, Sheet};
 
 keys! {
     Moments: series;
@@ -27,39 +27,37 @@ keys! {
 const WIDTH: f64 = 0.5;
 
 impl Figure for Moments {
-    of_runs_in!(series, [Vec<f64>; 2]);
+    of_runs_in!(series);
 
-    /// The logarithms of the moments of ruptures that slid forwards: of all, and of the longer ones.
-    fn part(&self, run: &RunData) -> Result<[Vec<f64>; 2], String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let ruptures = run.ruptures.as_ref().ok_or_else(|| no_ruptures(run))?;
-        let mut part = [Vec::new(), Vec::new()];
+        // The logarithms of the moments of ruptures that slid forwards: of all, and of the longer ones.
+        let [mut all, mut longer] = [Vec::new(), Vec::new()];
         for rupture in ruptures.iter().filter(|rupture| rupture.onset_s >= self.from_s) {
             let is_longer = self.longer_than_blocks.is_some_and(|blocks| rupture.slipped() > blocks);
             let counts = is_longer || !self.alone || !rupture.overlapping;
             let moment = rupture.moment_n_m.filter(|moment| counts && *moment > 0.0);
-            part[usize::from(is_longer)].extend(moment.map(f64::ln));
+            if is_longer { &mut longer } else { &mut all }.extend(moment.map(f64::ln));
         }
-        Ok(part)
+        let filled = |blocks: u32| format!("{}, > {blocks} blocks: {}", pen.label, longer.len());
+        let filled = self.longer_than_blocks.map_or_else(String::new, filled);
+        let discs = pen.called(&filled).discs(rates(&longer));
+        let marks = pen.called(&format!("{}: {}", pen.label, all.len())).marks(rates(&all));
+        let (x, y) = ("moment M_0 (N m)", "ruptures per unit of ln M_0");
+        Ok(Sheet::single(Scale::free_powers(x), Scale::free_powers(y), vec![discs, marks]))
     }
 
-    fn sheet(&self, parts: Parts<[Vec<f64>; 2]>) -> Result<Sheet, String> {
-        let series = with_pens(&self.series, &parts)?;
-        let mut layers = Vec::new();
-        for (pen, [all, longer]) in &series {
-            let filled = |blocks: u32| format!("{}, > {blocks} blocks: {}", pen.label, longer.len());
-            let filled = self.longer_than_blocks.map_or_else(String::new, filled);
-            layers.push(pen.called(&filled).discs(rates(longer)));
-            layers.push(pen.called(&format!("{}: {}", pen.label, all.len())).marks(rates(all)));
-        }
-        let first = series.first().and_then(|(_, [all, _])| behind_peak(&rates(all)));
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let first = behind_peak(&parts[0].panels[0].layers[1].points());
+        let mut sheet = overlaid(parts);
+        let layers = &mut sheet.panels[0].layers;
         if let (Some(b), Some(from)) = (self.b, first) {
             let lowest = layers.iter().flat_map(Layer::points).map(|point| point.1).fold(from.1, f64::min);
             // It ends where it is as low as the lowest mark.
             let end = from.0 * (from.1 / lowest).powf(1.0 / b);
             layers.push(Layer::line(format!("slope −{b}"), vec![from, (end, lowest)], Dash::Dashed, GREY));
         }
-        let (x, y) = ("moment M_0 (N m)", "ruptures per unit of ln M_0");
-        Ok(Sheet::single(Scale::free_powers(x), Scale::free_powers(y), layers))
+        Ok(sheet)
     }
 }
 

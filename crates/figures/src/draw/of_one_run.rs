@@ -15,7 +15,6 @@ use asperity_record::RunHeader;
 use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
-use super::kind::Parts;
 use super::print;
 use super::sheet::{Panel, Sheet};
 use super::{Drawn, FigureError, Figures, Origins, drawn};
@@ -299,8 +298,8 @@ impl OneFigure {
     /// What is on it, in words that need no thesis; and what figures of its kind show.
     fn sheet(&self, run: &RunData) -> Result<(&'static str, Sheet), String> {
         let (what, figure) = self.figures.all()[0];
-        let parts: Parts<_> = Parts::from([(run.name.clone(), figure.part(run)?)]);
-        let mut sheet = figure.sheet(parts)?;
+        let parts = figure.runs().into_iter().map(|(_, pen)| figure.part(run, pen));
+        let mut sheet = figure.sheet(parts.collect::<Result<_, _>>()?)?;
         if !self.may_be_empty && sheet.all_panels().all(Panel::is_empty) {
             return Err(format!("run {} has nothing that figures of this kind show", run.name));
         }

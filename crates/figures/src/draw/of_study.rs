@@ -261,7 +261,7 @@ mod tests {
             run(&mut gathered, 3, (tilt, 4.0), "done", Some(3.0 + extra));
         }
         let none = |_| Err("no scenario is asked for".to_owned());
-        let sheet = curves::family(&gathered.figures[0], true, None, &none).unwrap();
+        let sheet = curves::family(&gathered.figures[0], true, false, &none).unwrap();
         let line = &lines(&sheet)[0];
         assert!(line[0] == (1.0, 1.5) && line[1].1.is_nan() && line[2] == (4.0, 3.5), "{line:?}");
         let of = |shape: &Shape| match shape {

@@ -1,13 +1,14 @@
 //! A run on one page.
 
+use asperity_numbers::curve_list::levels;
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_numbers::text;
 
-use super::kind::{Figure, keys, levels, of_one_run};
+use super::kind::{Figure, keys, of_one_run};
 use super::scale::number;
-use super::sheet::{Layout, Sheet};
+use super::sheet::{Layout, Pen, Sheet};
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
@@ -16,13 +17,9 @@ keys! {
 }
 
 impl Figure for Overview {
-    of_one_run!();
+    of_one_run!(RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS });
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData { arrivals: true, windows: true, ..RequiredData::LOADS }
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let header = &run.header;
         let contacts = header.contacts();
         let count = match contacts.rows() {
@@ -31,10 +28,9 @@ impl Figure for Overview {
         };
         let step = number(header.time_step_s);
         let title = format!("{}, {}, N = {count}, Δt = {step} s", header.scenario, header.parameter_set);
-        let of_sizes = sizes::part(run, 1)?;
-        let of_times = recurrence::part(run, None)?;
-        let sizes = sizes::distribution(&[("ruptures", &of_sizes)], 1, SizeLaw::PowerLaw)?;
-        let recurrence = recurrence::distribution(&[("global slips", &of_times)], TimeLaw::Weibull);
+        let sizes = sizes::distribution(run, Pen::nth(0, "ruptures"), 1, SizeLaw::PowerLaw)?;
+        let global_slips = Pen::nth(0, "global slips");
+        let recurrence = recurrence::distribution(run, global_slips, None, TimeLaw::Weibull)?;
         let load = load_ruptures::curve(run, None, None)?;
         let map = space_time::map(run, None, [None, None], [None, None])?;
         let layout =
@@ -62,7 +58,7 @@ const FIRST: [&str; 13] = [
 
 /// Friction and load, and these numbers.
 fn numbers(run: &RunData) -> Vec<(String, String)> {
-    let coefficients = levels(run).into_iter().map(|(mu, .., label)| (label.to_owned(), mu.to_string()));
+    let coefficients = levels(run).into_iter().map(|(mu, _, label)| (label.to_owned(), mu.to_string()));
     let load = ("F_N at the start".to_owned(), format!("{:.1} N", run.plan.total_normal_load_n));
     let of_summary = FIRST.iter().map(|name| text::of_key(&run.summary, name));
     let rows = coefficients.chain([load]).chain(of_summary);

@@ -4,11 +4,12 @@ use asperity_numbers::distributions::{TimeFit, TimeLaw, half_band, survival};
 use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
+use asperity_record::Rupture;
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, keys, of_runs_in};
 use super::rupture_selector::{before_first_global_slip, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, Layer, Sheet, nth};
+use super::sheet::{Dash, Layer, Pen, Sheet};
 use super::sizes::{Fitted, band, fit_layers, steps, with_error};
 
 keys! {
@@ -22,75 +23,61 @@ keys! {
     fit: TimeLaw,
 }
 
-/// Times between ruptures from the first global slip on, between all where there is none, s; and whether there is any.
-pub(super) type Part = (Vec<f64>, bool);
-
 impl Figure for Recurrence {
-    of_runs_in!(series, Part);
+    of_runs_in!(series);
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
-        part(run, self.from_blocks)
-    }
-
-    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        Ok(distribution(&with_parts(&self.series, &parts)?, self.fit))
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        distribution(run, pen, self.from_blocks, self.fit)
     }
 }
 
-pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, String> {
-    let counts = |rupture: &asperity_record::Rupture| match from_blocks {
+/// Times between ruptures from the first global slip on, s; between all where there is none.
+fn times(run: &RunData, from_blocks: Option<u32>) -> Result<(Vec<f64>, bool), String> {
+    let counts = |rupture: &Rupture| match from_blocks {
         Some(from_blocks) => rupture.reach().count() >= from_blocks,
         None => rupture.reached_every_block,
     };
     let ruptures = sorted(run)?;
     let first_global = before_first_global_slip(&ruptures);
-    let onsets: Vec<f64> = ruptures[first_global.unwrap_or(0)..]
-        .iter()
-        .filter(|(rupture, _)| counts(rupture))
-        .map(|(rupture, _)| rupture.onset_s)
-        .collect();
-    let times_s = onsets.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    Ok((times_s, first_global.is_some()))
+    let counted = ruptures[first_global.unwrap_or(0)..].iter().filter(|(rupture, _)| counts(rupture));
+    let onsets: Vec<f64> = counted.map(|(rupture, _)| rupture.onset_s).collect();
+    Ok((onsets.windows(2).map(|pair| pair[1] - pair[0]).collect(), first_global.is_some()))
 }
 
-pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Sheet {
+pub(super) fn distribution(
+    run: &RunData,
+    pen: Pen<'_>,
+    from_blocks: Option<u32>,
+    law: TimeLaw,
+) -> Result<Sheet, String> {
     const POINTS: u32 = 200;
-    let (mut behind, mut layers) = (Vec::new(), Vec::new());
-    let times = series.iter().flat_map(|(_, part)| part.0.iter().copied());
+    let (times_s, has_global_slip) = times(run, from_blocks)?;
+    let (count, (_, dash, color)) = (times_s.len(), pen.look);
     // Times that are nearly the same are shown without what is far below them.
-    let (from_s, to_s) = Scale::free("").fitted(times).ends();
-    for (index, (label, (times_s, has_global_slip))) in series.iter().enumerate() {
-        let (_, dash, color) = nth(index);
-        let count = times_s.len();
-        let label = format!("{label}: {count}");
-        let mut course = Vec::new();
-        if count > 0 {
-            let mut shares = survival(times_s);
-            // Before the shortest time all are longer, and none beyond the longest.
-            shares.insert(0, (from_s, 1.0));
-            shares.push((to_s, 0.0));
-            course = steps(&shares);
-            let outline = band(&course, half_band(count), 0.0);
-            behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
-        }
-        layers.push(Layer::line(label, course, Dash::Solid, color));
-        let fit = (law != TimeLaw::None).then(|| TimeFit::of(times_s, law));
-        let fitted = fit.map(|fit| {
-            fit.map(|fit| {
-                let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
-                let course = times.map(|time_s| (time_s, fit.survival(time_s))).collect();
-                let test = Test::of_times(&fit, times_s, law);
-                let (law, parameters) = words(fit);
-                Fitted { law, parameters, test, course }
-            })
+    let (from_s, to_s) = Scale::free("").fitted(times_s.iter().copied()).ends();
+    let (mut layers, mut course) = (Vec::new(), Vec::new());
+    if count > 0 {
+        let mut shares = survival(&times_s);
+        // Before the shortest time all are longer, and none beyond the longest.
+        shares.insert(0, (from_s, 1.0));
+        shares.push((to_s, 0.0));
+        course = steps(&shares);
+        layers.push(band(&course, half_band(count), 0.0, pen));
+    }
+    layers.push(Layer::line(format!("{}: {count}", pen.label), course, Dash::Solid, color));
+    if law != TimeLaw::None {
+        let fitted = TimeFit::of(&times_s, law).map(|fit| {
+            let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
+            let course = times.map(|time_s| (time_s, fit.survival(time_s))).collect();
+            let test = Test::of_times(&fit, &times_s, law);
+            let (law, parameters) = words(fit);
+            Fitted { law, parameters, test, course }
         });
         let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
-        layers.extend(fit_layers(fitted, *has_global_slip || count == 0, dash, color));
+        layers.extend(fit_layers(fitted, has_global_slip || count == 0, dash, color));
     }
-    behind.extend(layers);
-    let x = Scale::between("T between onsets (s)", from_s, to_s);
     let y = Scale::between("share of longer times", 0.0, 1.04);
-    Sheet::single(x, y, behind)
+    Ok(Sheet::single(Scale::tight("T between onsets (s)"), y, layers))
 }
 
 /// The law that was fitted, and its parameters.
@@ -109,7 +96,7 @@ fn words(fit: TimeFit) -> (&'static str, Vec<String>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{TimeLaw, distribution, part};
+    use super::{Pen, TimeLaw, distribution, times};
     use asperity_testkit::made_up::{self, Passed};
 
     #[test]
@@ -123,14 +110,14 @@ mod tests {
             &[early, &all(100), &all(200), one, &all(320), &all(400), &all(501), &all(600)],
         );
         let steps = |from_blocks| -> Vec<i64> {
-            let times_s = part(&run, from_blocks).unwrap().0;
+            let times_s = times(&run, from_blocks).unwrap().0;
             times_s.iter().map(|time_s| (time_s / 1e-7).round() as i64).collect()
         };
         assert_eq!(steps(None), [100, 120, 80, 101, 99]);
         // Not the one before the first global slip.
         assert_eq!(steps(Some(1)), [100, 50, 70, 80, 101, 99]);
         let words = |law, from_blocks| -> Vec<String> {
-            let paper = distribution(&[("A", &part(&run, from_blocks).unwrap())], law);
+            let paper = distribution(&run, Pen::nth(0, "A"), from_blocks, law).unwrap();
             paper.layers().map(|layer| layer.label.clone()).filter(|label| !label.is_empty()).collect()
         };
         // Times this even do not come at random: half of exp(-t/T) is shorter than 0.69 T, and the
@@ -148,7 +135,7 @@ mod tests {
         assert_eq!(words(TimeLaw::Weibull, Some(9)), ["A: 0", "too few for a fit"]);
         run.ruptures = None;
         made_up::with_ruptures(&mut run, &[early, one, one]);
-        let paper = distribution(&[("A", &part(&run, Some(1)).unwrap())], TimeLaw::Weibull);
+        let paper = distribution(&run, Pen::nth(0, "A"), Some(1), TimeLaw::Weibull).unwrap();
         assert!(paper.labels().contains(&"no fit before a global slip".to_owned()));
     }
 }

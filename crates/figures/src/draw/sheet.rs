@@ -146,7 +146,7 @@ impl Layer {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pen<'a> {
     pub(super) label: &'a str,
-    look: (Marker, Dash, RGBColor),
+    pub(super) look: (Marker, Dash, RGBColor),
 }
 
 impl<'a> Pen<'a> {

@@ -1,21 +1,24 @@
 //! How the ruptures of runs are distributed by their number of blocks, and what is fitted to it.
 
+use std::ops::Range;
+
 use asperity_numbers::distributions::{SizeFit, SizeLaw, half_band, survival};
 use asperity_numbers::estimate::Estimate;
 use asperity_numbers::goodness::Test;
 use asperity_numbers::run_data::RunData;
+use asperity_record::Rupture;
 use plotters::prelude::RGBColor;
 
-use super::kind::{Figure, Parts, keys, of_runs_in, with_parts};
+use super::kind::{Figure, keys, of_runs_in};
 use super::rupture_selector::{Sort, before_first_global_slip, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, Layer, Point, Sheet, nth};
+use super::sheet::{Dash, Layer, Pen, Point, Sheet};
 
 keys! {
     Sizes: series;
 
     /// The smallest rupture that counts, in blocks.
-    #[serde(default = "one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
     /// The law that is fitted, by maximum likelihood, to the sizes of ruptures after the first global
     /// slip: whole numbers from `from_blocks` to one block less than the slider has.
@@ -23,54 +26,63 @@ keys! {
     fit: SizeLaw,
 }
 
-fn one() -> u32 {
-    1
-}
-
-/// What is shown of a run.
-pub(crate) struct Part {
-    /// The blocks of each rupture that is no global slip, after the first of them; of all, where there
-    /// is none.
-    sizes: Vec<u32>,
-    /// How many came before it.
-    before: Option<usize>,
-    /// How many global slips there are.
-    global_slips: usize,
-    blocks: u32,
-    /// What they are called.
-    unit: &'static str,
-    /// `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
-    b: Option<String>,
-}
-
 impl Figure for Sizes {
-    of_runs_in!(series, Part);
+    of_runs_in!(series);
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
-        part(run, self.from_blocks)
-    }
-
-    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        distribution(&with_parts(&self.series, &parts)?, self.from_blocks, self.fit)
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        distribution(run, pen, self.from_blocks, self.fit)
     }
 }
 
-pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
+/// The ruptures of a run that are no global slips, after the first of these; all, where there is none.
+pub(super) fn distribution(
+    run: &RunData,
+    pen: Pen<'_>,
+    from_blocks: u32,
+    law: SizeLaw,
+) -> Result<Sheet, String> {
     let ruptures = sorted(run)?;
     let first_global = before_first_global_slip(&ruptures);
     let (before, after) = ruptures.split_at(first_global.unwrap_or(0));
-    let of = |ruptures: &[(&asperity_record::Rupture, Sort)]| -> Vec<u32> {
+    let of = |ruptures: &[(&Rupture, Sort)]| -> Vec<u32> {
         let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
         others.map(|(rupture, _)| rupture.slipped()).filter(|size| *size >= from_blocks).collect()
     };
-    Ok(Part {
-        sizes: of(after),
-        before: first_global.map(|_| of(before).len()),
-        global_slips: after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
-        blocks: run.header.blocks,
-        unit: if run.of_one_row().is_some() { "blocks" } else { "contacts" },
-        b: run.summary.gutenberg_richter_test.clone(),
-    })
+    let sizes = of(after);
+    let (count, lowest) = (sizes.len(), lowest(&sizes));
+    let shares = survival(&sizes.iter().copied().map(f64::from).collect::<Vec<f64>>());
+    let mut layers = Vec::from_iter((count > 0).then(|| band(&shares, half_band(count), lowest, pen)));
+    layers.push(pen.called(&format!("{}: {count}", pen.label)).marks(shares));
+    if first_global.is_some() {
+        let global_slips = after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count();
+        layers.push(Layer::remark(format!("global slips: {global_slips}, before: {}", of(before).len())));
+    }
+    // `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
+    if let Some(b) = &run.summary.gutenberg_richter_test {
+        let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
+        layers.extend(lines.lines().map(Layer::remark));
+    }
+    if law != SizeLaw::None {
+        let fitted = fitted(&sizes, law, from_blocks..run.header.blocks);
+        layers.extend(fit_layers(fitted, first_global.is_some(), pen.look.1, pen.look.2));
+    }
+    let unit = if run.of_one_row().is_some() { "blocks" } else { "contacts" };
+    let x = Scale::free_powers(&format!("size s ({unit})"));
+    Ok(Sheet::single(x, Scale::free_powers("share of at least s"), layers))
+}
+
+/// Half of the smallest share, so that all are in the frame.
+fn lowest(sizes: &[u32]) -> f64 {
+    0.5 / sizes.len().max(5) as f64
+}
+
+/// A law that is fitted to sizes in a range.
+fn fitted(sizes: &[u32], law: SizeLaw, range: Range<u32>) -> Option<Fitted> {
+    let fit = SizeFit::of(sizes, law, range.start, range.end - 1)?;
+    let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest(sizes)).collect();
+    let test = Test::of_sizes(&fit, sizes, law);
+    let (law, parameter) = words(law, fit.theta);
+    Some(Fitted { law, parameters: vec![parameter], test, course })
 }
 
 /// A number with its error, both to two digits of the error.
@@ -92,58 +104,11 @@ pub(super) fn steps(shares: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// The band about a course of shares, no lower than `lowest`.
-pub(super) fn band(course: &[(f64, f64)], half: f64, lowest: f64) -> Vec<(f64, f64)> {
+pub(super) fn band(course: &[(f64, f64)], half: f64, lowest: f64, pen: Pen<'_>) -> Layer {
     let moved = |by: f64| course.iter().map(move |(x, share)| (*x, (share + by).clamp(lowest, 1.0)));
     let below: Vec<(f64, f64)> = moved(-half).collect();
-    moved(half).chain(below.into_iter().rev()).collect()
-}
-
-pub(super) fn distribution(
-    series: &[(&str, &Part)],
-    from_blocks: u32,
-    law: SizeLaw,
-) -> Result<Sheet, String> {
-    let (mut behind, mut layers) = (Vec::new(), Vec::new());
-    let most = series.iter().map(|(_, part)| part.sizes.len()).max().unwrap_or(0);
-    // Half of the smallest share, so that all are in the frame.
-    let lowest = 0.5 / most.max(5) as f64;
-    let mut largest = f64::from(from_blocks) + 1.0;
-    for (index, (label, part)) in series.iter().enumerate() {
-        let (marker, dash, color) = nth(index);
-        let count = part.sizes.len();
-        let sizes: Vec<f64> = part.sizes.iter().map(|size| f64::from(*size)).collect();
-        let shares = survival(&sizes);
-        largest = sizes.iter().copied().fold(largest, f64::max);
-        if count > 0 {
-            let outline = band(&shares, half_band(count), lowest);
-            behind.push(Layer::surface(if index == 0 { "95 %" } else { "" }, outline, 0.13, color));
-        }
-        layers.push(Layer::marks(format!("{label}: {count}"), shares, marker, color));
-        if let Some(before) = part.before {
-            layers.push(Layer::remark(format!("global slips: {}, before: {before}", part.global_slips)));
-        }
-        if let Some(b) = &part.b {
-            let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
-            layers.extend(lines.lines().map(Layer::remark));
-        }
-        let fit = (law != SizeLaw::None).then(|| SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1));
-        let fitted = fit.map(|fit| {
-            fit.map(|fit| {
-                let course = fit.survival().into_iter().filter(|(_, p)| *p >= lowest).collect();
-                let test = Test::of_sizes(&fit, &part.sizes, law);
-                let (law, parameter) = words(law, fit.theta);
-                Fitted { law, parameters: vec![parameter], test, course }
-            })
-        });
-        layers.extend(fit_layers(fitted, part.before.is_some(), dash, color));
-    }
-    behind.extend(layers);
-    let frame = [f64::from(from_blocks), largest];
-    let unit = series.first().map_or("blocks", |(_, part)| part.unit);
-    let unit = if series.iter().all(|(_, part)| part.unit == unit) { unit } else { "blocks" };
-    let x = Scale::of(&format!("size s ({unit})"), true, 0.04, frame.into_iter());
-    let y = Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter());
-    Ok(Sheet::single(x, y, behind))
+    let outline = moved(half).chain(below.into_iter().rev());
+    Layer::surface("95 %", outline.collect(), 0.13, pen.look.2)
 }
 
 /// The law that was fitted, and its parameter.
@@ -167,18 +132,17 @@ pub(super) struct Fitted {
     pub(super) course: Vec<Point>,
 }
 
-/// A fit, if one is asked for, of which there is none from few numbers, nor before a global slip.
+/// A fit, of which there is none from few numbers, nor before a global slip.
 pub(super) fn fit_layers(
-    fit: Option<Option<Fitted>>,
+    fit: Option<Fitted>,
     has_global_slip: bool,
     dash: Dash,
     color: RGBColor,
 ) -> Vec<Layer> {
     let Fitted { law, parameters, test, course } = match fit {
-        None => return Vec::new(),
-        Some(_) if !has_global_slip => return vec![Layer::remark("no fit before a global slip")],
-        Some(None) => return vec![Layer::remark("too few for a fit")],
-        Some(Some(fitted)) => fitted,
+        _ if !has_global_slip => return vec![Layer::remark("no fit before a global slip")],
+        None => return vec![Layer::remark("too few for a fit")],
+        Some(fitted) => fitted,
     };
     // Of a law that is rejected there are no parameters and no line.
     if test.rejects() {
@@ -192,7 +156,11 @@ pub(super) fn fit_layers(
 
 #[cfg(test)]
 mod tests {
-    use super::{Estimate, SizeLaw, band, distribution, part, steps, with_error};
+    use super::{
+        Dash, Estimate, Layer, Pen, RunData, Sheet, SizeLaw, band, distribution, fit_layers, fitted, steps,
+        with_error,
+    };
+    use crate::draw::sheet::INK;
     use asperity_testkit::made_up;
 
     #[test]
@@ -206,14 +174,14 @@ mod tests {
     #[test]
     fn a_band_lies_about_its_course() {
         assert_eq!(
-            band(&[(1.0, 1.0), (2.0, 0.5)], 0.25, 0.3),
+            band(&[(1.0, 1.0), (2.0, 0.5)], 0.25, 0.3, Pen::nth(0, "")).points(),
             [(1.0, 1.0), (2.0, 0.75), (2.0, 0.3), (1.0, 0.75)]
         );
         assert_eq!(steps(&[(1.0, 1.0), (2.0, 0.5)]), [(1.0, 1.0), (1.0, 0.5), (2.0, 0.5)]);
     }
 
     /// Ruptures of one block and of two, before the slip of all three and after it.
-    fn slipped(after: &[u32]) -> super::Part {
+    fn slipped(after: &[u32]) -> RunData {
         let mut run = made_up::run("", &[(100, 101, &[1])]);
         let passed = |blocks: u32, onset: u64| -> Vec<made_up::Passed> {
             (1..=blocks).map(|block| (block, onset + u64::from(block), Some(onset + 10))).collect()
@@ -224,19 +192,25 @@ mod tests {
         }
         ruptures.extend(after.iter().zip(0..).map(|(blocks, n)| passed(*blocks, 400 + 20 * n)));
         made_up::with_ruptures(&mut run, &ruptures.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        part(&run, 1).unwrap()
+        run
     }
 
-    fn words_of(part: &super::Part, law: SizeLaw) -> Vec<String> {
-        let sheet = distribution(&[("A", part)], 1, law).unwrap();
-        sheet.layers().map(|layer| layer.label.clone()).filter(|label| !label.is_empty()).collect()
+    fn sheet(run: &RunData, law: SizeLaw) -> Sheet {
+        distribution(run, Pen::nth(0, "A"), 1, law).unwrap()
+    }
+
+    fn words<'a>(layers: impl Iterator<Item = &'a Layer>) -> Vec<String> {
+        layers.map(|layer| layer.label.clone()).filter(|label| !label.is_empty()).collect()
+    }
+
+    fn words_of(run: &RunData, law: SizeLaw) -> Vec<String> {
+        words(sheet(run, law).layers())
     }
 
     #[test]
     fn sizes_are_those_after_the_first_global_slip() {
         let of_run = slipped(&[1, 2, 1, 3, 1, 2, 1]);
-        assert_eq!((of_run.sizes.clone(), of_run.before), (vec![1, 2, 1, 1, 2, 1], Some(3)));
-        let sheet = distribution(&[("A", &of_run)], 1, SizeLaw::PowerLaw).unwrap();
+        let sheet = sheet(&of_run, SizeLaw::PowerLaw);
         let marks = sheet.panels[0].layers[1].points();
         assert!(marks[0] == (1.0, 1.0) && (marks[1].1 - 1.0 / 3.0).abs() < 1e-12, "{marks:?}");
         // Four of one block and two of two: 2^-alpha = 1/2, and 1 / sqrt(6 (2/3) (1/3)) / ln 2. A law
@@ -251,7 +225,6 @@ mod tests {
     #[test]
     fn without_a_global_slip_all_are_shown_and_nothing_is_fitted() {
         let of_run = slipped(&[]);
-        assert_eq!((of_run.sizes.len(), of_run.before), (3, None));
         assert_eq!(words_of(&of_run, SizeLaw::PowerLaw), ["95 %", "A: 3", "no fit before a global slip"]);
         assert_eq!(words_of(&of_run, SizeLaw::None), ["95 %", "A: 3"]);
     }
@@ -259,7 +232,8 @@ mod tests {
     #[test]
     fn the_key_has_b_where_the_summary_has() {
         let b = Some("b = 0.800 ± 0.100 above -6.000; n = 60 (KS 0.050 ≤ 0.110)".to_owned());
-        let of_run = super::Part { b, ..slipped(&[]) };
+        let mut of_run = slipped(&[]);
+        of_run.run.summary.gutenberg_richter_test = b;
         let words = words_of(&of_run, SizeLaw::None);
         let key = ["95 %", "A: 3", "b = 0.800 ± 0.100", "above −6.000; n = 60 (KS 0.050 ≤ 0.110)"];
         assert_eq!(words, key);
@@ -269,12 +243,10 @@ mod tests {
     #[test]
     fn a_fit_that_is_rejected_has_no_error() {
         let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
-        let of_run =
-            super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100, unit: "blocks", b: None };
         for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
-            let words = words_of(&of_run, law);
-            assert!(words[3].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
-            assert!(words[3].contains(" > 0."), "{words:?}");
+            let words = words(fit_layers(fitted(&sizes, law, 1..100), true, Dash::Solid, INK).iter());
+            assert!(words[0].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
+            assert!(words[0].contains(" > 0."), "{words:?}");
             assert!(!words.iter().any(|words| words.contains('±')), "{words:?}");
         }
     }

@@ -17,7 +17,7 @@ use super::kind::{Figure, keys, of_one_run, place_name};
 use super::lines::within;
 use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Shape, Sheet, Tile};
+use super::sheet::{Dash, GREEN, INK, Layer, Pen, Shape, Sheet, Tile};
 
 keys! {
     SpaceTime: run;
@@ -37,13 +37,9 @@ keys! {
 }
 
 impl Figure for SpaceTime {
-    of_one_run!();
+    of_one_run!(RequiredData { arrivals: true, ..RequiredData::WINDOWS });
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData { arrivals: true, ..RequiredData::WINDOWS }
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
         let title = zoom.map_or_else(String::new, |rupture| format!("rupture {}", rupture.rupture));
         Ok(map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?.titled(title))

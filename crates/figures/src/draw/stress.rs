@@ -10,7 +10,7 @@
 
 use asperity_model::theory::analytic;
 use asperity_numbers::AFFECTED_THRESHOLD;
-use asperity_numbers::curve_list::{along, by_mm};
+use asperity_numbers::curve_list::{self, along, by_mm};
 use asperity_numbers::curves::pull_ratio;
 use asperity_numbers::precursors::one_by_one;
 use asperity_numbers::required_data::RequiredData;
@@ -18,11 +18,9 @@ use asperity_numbers::run_data::{Load, RunData, load_at};
 use asperity_record::FieldRecord;
 
 use super::colours::{Colours, On};
-use super::kind::{
-    Figure, Labelled, Parts, coefficient_lines, keys, levels, of_one_run, of_runs_in, place_name, with_parts,
-};
+use super::kind::{Figure, Labelled, keys, level_look, levels, of_one_run, of_runs_in, place_name};
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, RED, Sheet};
+use super::sheet::{BLUE, Dash, GREY, INK, Layer, Marker, Panel, Pen, RED, Sheet};
 
 keys! {
     Stress: run;
@@ -38,7 +36,7 @@ impl Figure for Stress {
         RequiredData { states_near_s: self.at_s.clone(), ..RequiredData::LOADS }
     }
 
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         if run.plan.blocks == 1 {
             return Err(format!("run {} has one block, and forces along a slider need several", run.name));
         }
@@ -65,7 +63,8 @@ impl Figure for Stress {
         let panels = states.into_iter().map(|(fields, load, is_mirrored, thresholds_n)| {
             let mut layers = Vec::new();
             // A single level is that of both.
-            for ((_, dash, color, name), force_n) in levels(run).into_iter().zip(thresholds_n) {
+            for ((_, role, name), force_n) in curve_list::levels(run).into_iter().zip(thresholds_n) {
+                let (dash, color) = level_look(role);
                 let points = by_mm(run, &force_n);
                 if is_mirrored {
                     let below = points.iter().map(|(x, force_n)| (*x, -force_n)).collect();
@@ -94,7 +93,7 @@ keys! {
     StressSequence: run;
 
     /// Fewest blocks of a precursor that is shown.
-    #[serde(default = "super::arrival_map::one")]
+    #[serde(default = "super::kind::number::<1>")]
     from_blocks: u32,
     /// Whether to show the first global slip, which ends the sequence, as well.
     #[serde(default)]
@@ -102,13 +101,9 @@ keys! {
 }
 
 impl Figure for StressSequence {
-    of_one_run!();
+    of_one_run!(RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS });
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData { states: true, precursor_onsets: true, ..RequiredData::LOADS }
-    }
-
-    fn part(&self, run: &RunData) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let states = run.states()?;
         let found = one_by_one(run).into_iter().filter_map(|precursor| {
             let is_global = precursor.blocks_slipped == run.header.blocks;
@@ -131,7 +126,7 @@ impl Figure for StressSequence {
                 Ok(Layer::line("", profile(run, states[n])?, Dash::Solid, colours.nearest(*load)))
             };
             let mut layers = found.iter().map(line).collect::<Result<Vec<Layer>, String>>()?;
-            layers.extend(coefficient_lines(run, end));
+            layers.extend(levels(run, |mu| vec![(0.0, mu), (end, mu)]));
             let (x, y) = (Scale::between(place_name(run), 0.5, end), Scale::free("τ_n/p_n"));
             Ok(Panel::new(x, y, layers).titled(title))
         };
@@ -170,14 +165,9 @@ const ZEROS: f64 = 1.6;
 const FLOOR: f64 = 1e-4;
 
 impl Figure for Onset {
-    of_runs_in!(panel, Panel);
+    of_runs_in!(panel, RequiredData::STATES);
 
-    fn required_data(&self) -> RequiredData {
-        RequiredData::STATES
-    }
-
-    /// All but its title.
-    fn part(&self, run: &RunData) -> Result<Panel, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let fields = run.states()?.at_first_onset();
         let fields = fields.ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
         let tau = &along(run, &fields.tangential_force_n);
@@ -211,18 +201,18 @@ impl Figure for Onset {
         } else {
             Scale::between("τ_n (N)", -0.05 * first, 1.1 * first)
         };
-        Ok(Panel::new(Scale::between(place_name(run), 0.0, last + 1.0), y, layers))
+        let x = Scale::between(place_name(run), 0.0, last + 1.0);
+        Ok(Sheet::of(vec![Panel::new(x, y, layers).titled(pen.label)]))
     }
 
-    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
-        let panels = with_parts(&self.panel, &parts)?.into_iter();
-        Ok(Sheet::of(panels.map(|(label, panel)| panel.clone().titled(label)).collect()))
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        Ok(Sheet::of(parts.into_iter().flat_map(|part| part.panels).collect()))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, Stress};
+    use super::{Figure, Pen, Stress};
     use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up;
 
@@ -234,12 +224,12 @@ mod tests {
         let state = run.states.first().unwrap().clone();
         run.kept = RequiredData { states_near_s: vec![0.0], ..RequiredData::LOADS };
         made_up::with_states(&mut run, &[state]);
-        let panel = figure.part(&run).unwrap().panels.remove(0);
+        let panel = figure.part(&run, Pen::nth(0, "")).unwrap().panels.remove(0);
         let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         assert_eq!((heights(0), heights(1)), (vec![70.0, 140.0, 70.0], vec![45.0, 90.0, 45.0]));
         run.run.scenario.friction.stuck_blocks = vec![2.0];
         run.run.plan.friction.static_coefficients[1] = 1e6;
-        let panel = figure.part(&run).unwrap().panels.remove(0);
+        let panel = figure.part(&run, Pen::nth(0, "")).unwrap().panels.remove(0);
         let heights = |n: usize| panel.layers[n].points().iter().map(|point| point.1).collect::<Vec<f64>>();
         // With a gap.
         assert!(heights(0)[1].is_nan() && heights(0)[2] == 70.0 && heights(1) == [45.0, 90.0, 45.0]);
@@ -250,7 +240,7 @@ mod tests {
 mod tests_of_sequences {
     use asperity_record::FieldRecord;
 
-    use super::{Figure, StressSequence};
+    use super::{Figure, Pen, StressSequence};
     use crate::draw::sheet::Shape;
     use asperity_numbers::required_data::RequiredData;
     use asperity_testkit::made_up::{self, EVENTS};
@@ -279,7 +269,7 @@ mod tests_of_sequences {
         made_up::with_states(&mut run, &states);
         // 400 N on three blocks; the precursors are events 0, 1 and 4, and event 5 is of all blocks.
         let levels = |toml: &str, panel: usize| -> Vec<f64> {
-            let sheet = figure(toml).part(&run).unwrap();
+            let sheet = figure(toml).part(&run, Pen::nth(0, "")).unwrap();
             let first = |shape: &Shape| match shape {
                 Shape::Line(points, _) if points.len() == 3 => Some((points[0].1 * 400.0 / 3.0).round()),
                 _ => None,
@@ -288,7 +278,7 @@ mod tests_of_sequences {
         };
         assert_eq!((levels("", 0), levels("", 1)), (vec![100.0, 200.0, 412.0], vec![101.0, 210.0, 420.0]));
         assert_eq!(levels("from_blocks = 2\nglobal_slip = true", 0), [200.0, 412.0, 500.0]);
-        let refused = figure("from_blocks = 3").part(&run).unwrap_err();
+        let refused = figure("from_blocks = 3").part(&run, Pen::nth(0, "")).unwrap_err();
         assert!(refused.contains("no precursor of 3 blocks or more") && refused.contains("event_fields"));
     }
 }
@@ -298,7 +288,7 @@ mod tests_of_onsets {
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up;
 
-    use super::{Figure, Onset};
+    use super::{Figure, Onset, Pen};
 
     /// The labels of what is drawn of a run with these keys.
     fn labels(toml: &str) -> Vec<String> {
@@ -308,7 +298,15 @@ mod tests_of_onsets {
         made_up::with_states(&mut run, &[state]);
         let figure: Onset =
             toml::from_str("file = 'f.png'\nblocks = 3\nlogarithmic = false\npanel = []").unwrap();
-        figure.part(&run).unwrap().layers.into_iter().map(|layer| layer.label).collect()
+        figure
+            .part(&run, Pen::nth(0, ""))
+            .unwrap()
+            .panels
+            .remove(0)
+            .layers
+            .into_iter()
+            .map(|layer| layer.label)
+            .collect()
     }
 
     #[test]

@@ -7,9 +7,9 @@ use asperity_numbers::run_data::RunData;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Group, Parts, find, keys};
+use super::kind::{Figure, Group, joined, keys};
 use super::scale::Scale;
-use super::sheet::{Dash, Layer, Panel, Pen, Point, RED, Sheet};
+use super::sheet::{Dash, Layer, Pen, RED, Sheet};
 
 keys! {
     StudyFigure;
@@ -62,25 +62,6 @@ fn one() -> f64 {
     1.0
 }
 
-fn scale(is_logarithmic: bool, label: &str) -> Scale {
-    if is_logarithmic { Scale::free_powers(label) } else { Scale::free(label) }
-}
-
-/// The groups of a figure, each with the pen that draws it and the parts of its runs.
-pub(super) fn groups<'a, P>(
-    series: &'a [Group],
-    parts: &'a Parts<P>,
-) -> Result<Vec<(Pen<'a>, Vec<&'a P>)>, String> {
-    let group = |(index, group): (usize, &'a Group)| {
-        let runs = group.runs().map(|name| find(parts, name)).collect::<Result<_, _>>()?;
-        Ok((Pen::nth(index, &group.label), runs))
-    };
-    series.iter().enumerate().map(group).collect()
-}
-
-/// The parameter of a run, its number and what theory says of it.
-type Part = (f64, [Option<f64>; 2]);
-
 /// A panel: its title, the number that the source gives, and the runs.
 type Shown<'a> = (&'a str, Option<f64>, &'a [Group]);
 
@@ -94,35 +75,12 @@ impl StudyFigure {
     pub(super) fn groups_mut(&mut self) -> impl Iterator<Item = &mut Group> {
         self.series.iter_mut().chain(self.panel.iter_mut().flat_map(|case| &mut case.series))
     }
-
-    /// Lines and marks of groups of runs.
-    fn layers(&self, series: &[Group], parts: &Parts<Part>) -> Result<Vec<Layer>, String> {
-        let mut drawn = Vec::new();
-        for (index, (pen, runs)) in groups(series, parts)?.into_iter().enumerate() {
-            // A run without such a number leaves a gap.
-            let numbers = |n: usize| runs.iter().filter_map(move |(at, of)| Some((*at, of[n]?)));
-            let points: Vec<Point> = numbers(0).collect();
-            if self.theory.is_some() {
-                let mut theory: Vec<Point> = numbers(1).collect();
-                theory.sort_by(|a, b| a.0.total_cmp(&b.0));
-                // A name for the lines of all series stands in the legend once.
-                let of_first = self.theory_label.as_deref().map(|label| if index == 0 { label } else { "" });
-                drawn.push(Pen::nth(index, of_first.unwrap_or(pen.label)).line(theory));
-            } else if !self.measure.is_count() && self.panel.is_empty() {
-                // Between whole numbers there is nothing that a line could show, nor between draws of one number.
-                drawn.push(pen.line(points.clone()));
-            }
-            drawn.push(pen.marks(points));
-        }
-        Ok(drawn)
-    }
 }
 
 impl Figure for StudyFigure {
-    type Part = Part;
-
-    fn runs(&self) -> Vec<&str> {
-        self.panels().into_iter().flat_map(|(.., series)| series.iter().flat_map(Group::runs)).collect()
+    fn runs(&self) -> Vec<(&str, Pen<'_>)> {
+        let series = self.panels().into_iter().flat_map(|(.., series)| series.iter().enumerate());
+        series.flat_map(|(n, of)| of.runs().map(move |run| (run, Pen::nth(n, &of.label)))).collect()
     }
 
     fn required_data(&self) -> RequiredData {
@@ -131,7 +89,7 @@ impl Figure for StudyFigure {
         self.measure.required_data() | of_theory | of_parameter
     }
 
-    fn part(&self, run: &RunData) -> Result<Part, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let lacks = || format!("run {} has no {}", run.name, self.parameter);
         let at = match Number::find(&self.parameter) {
             Ok(number) => number.of(run, None).ok_or_else(lacks)?,
@@ -148,32 +106,48 @@ impl Figure for StudyFigure {
             let value = number.of(run, None)? * self.measure_factor;
             Some(value).filter(|value| value.is_finite() && (!self.logarithmic_measure || *value > 0.0))
         };
-        Ok((at, [of(self.measure), self.theory.and_then(of)]))
+        // A run without such a number leaves a gap.
+        let numbers = |number: Number| Vec::from_iter(of(number).map(|value| (at, value)));
+        let mut layers = Vec::new();
+        if let Some(theory) = self.theory {
+            // A name for the lines of all series stands in the legend once.
+            let is_first = self.series.first().is_some_and(|group| group.label == pen.label);
+            let of_first = self.theory_label.as_deref().map(|label| if is_first { label } else { "" });
+            layers.push(pen.called(of_first.unwrap_or(pen.label)).line(numbers(theory)));
+        } else if !self.measure.is_count() && self.panel.is_empty() {
+            // Between whole numbers there is nothing that a line could show, nor between draws of one number.
+            layers.push(pen.line(numbers(self.measure)));
+        }
+        layers.push(pen.marks(numbers(self.measure)));
+        let x = Scale::free(&self.parameter_label).in_powers(self.logarithmic);
+        let y = Scale::free(&self.measure_label).in_powers(self.logarithmic_measure);
+        Ok(Sheet::single(x, y.in_whole_numbers(self.measure.is_count()), layers))
     }
 
-    fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let shown = self.panels();
-        let drawn = shown.iter().map(|(.., series)| self.layers(series, &parts));
-        let drawn = drawn.collect::<Result<Vec<Vec<Layer>>, String>>()?;
-        let points = || drawn.iter().flatten().flat_map(Layer::points);
+    fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
+        let mut parts = parts.into_iter();
+        let mut panels = Vec::new();
+        for (title, stated, series) in self.panels() {
+            let of_panel = parts.by_ref().take(series.iter().flat_map(Group::runs).count()).collect();
+            panels.extend(joined(of_panel).panels.into_iter().map(|panel| (panel.titled(title), stated)));
+        }
+        let points = || panels.iter().flat_map(|(panel, _)| &panel.layers).flat_map(Layer::points);
         if points().next().is_none() {
             return Err(format!("no run has a {}", self.measure.name()));
         }
-        let mut x = scale(self.logarithmic, &self.parameter_label);
-        let mut y =
-            scale(self.logarithmic_measure, &self.measure_label).in_whole_numbers(self.measure.is_count());
         // All cases share their axes.
         if !self.panel.is_empty() {
             let stated = self.panel.iter().map(|case| case.stated);
-            x = x.fitted(points().map(|at| at.0));
-            y = y.fitted(points().map(|at| at.1).chain(stated));
+            let x = panels[0].0.x.fitted(points().map(|at| at.0));
+            let y = panels[0].0.y.fitted(points().map(|at| at.1).chain(stated));
+            let ends = x.ends();
+            for (panel, stated) in &mut panels {
+                (panel.x, panel.y) = (x.clone(), y.clone());
+                let across = |stated| vec![(ends.0, stated), (ends.1, stated)];
+                let stated = stated.map(|stated| Layer::line("thesis", across(stated), Dash::Dashed, RED));
+                panel.layers.splice(..0, stated);
+            }
         }
-        let ends = x.ends();
-        let panel = |((title, stated, _), drawn): (&Shown<'_>, Vec<Layer>)| {
-            let across = |stated| vec![(ends.0, stated), (ends.1, stated)];
-            let stated = stated.map(|stated| Layer::line("thesis", across(stated), Dash::Dashed, RED));
-            Panel::new(x.clone(), y.clone(), stated.into_iter().chain(drawn).collect()).titled(*title)
-        };
-        Ok(Sheet::of(shown.iter().zip(drawn).map(panel).collect()))
+        Ok(Sheet::of(panels.into_iter().map(|(panel, _)| panel).collect()))
     }
 }

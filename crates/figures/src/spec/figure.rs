@@ -39,8 +39,8 @@ pub enum Kind {
     Family {
         /// Whether the points of one colour make a curve.
         joined: bool,
-        /// What theory says beside them.
-        theory: Option<Theory>,
+        /// Whether theory stands beside them.
+        theory: bool,
     },
     /// Precursor lengths against the load.
     Lengths {
@@ -49,36 +49,19 @@ pub enum Kind {
     },
 }
 
-/// Which theory says what a number of the summary is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Theory {
-    /// The length law at the length of the slider: the load at the first global slip.
-    LoadAtGlobalSlip,
-    /// The load in time: when it comes to what the slider can bear.
-    TimeToGlobalSlip,
-    /// The speed of a steady front over that of waves.
-    FrontSpeed,
-}
+/// The numbers of the summary that there is a theory of.
+pub(super) const OF_THEORY: [&str; 3] =
+    ["first_global_rupture_ft_fn", "first_global_rupture_onset_s", "front_speed_over_wave_speed_ratio"];
 
-impl Theory {
-    /// The numbers of the summary that there is a theory of.
-    pub const NUMBERS: [(&'static str, Theory); 3] = [
-        ("first_global_rupture_ft_fn", Theory::LoadAtGlobalSlip),
-        ("first_global_rupture_onset_s", Theory::TimeToGlobalSlip),
-        ("front_speed_over_wave_speed_ratio", Theory::FrontSpeed),
-    ];
-
-    /// What it says of a scenario; nothing where it does not apply.
-    pub fn of(self, scenario: &Scenario) -> Option<f64> {
-        match self {
-            Theory::LoadAtGlobalSlip => LengthLaw::is_for(scenario)
-                .then(|| LengthLaw::natural(scenario).load_ratio(&LengthLawParameters::of(scenario), 1.0)),
-            Theory::TimeToGlobalSlip => LoadCurve::of(scenario)?.time_to_dynamic_s(),
-            Theory::FrontSpeed => {
-                let plan = Plan::new(scenario);
-                Front::of(&plan, plan.blocks / 2)?.speed_over_c()
-            }
+/// What theory says that a number of the summary is in a scenario; nothing where it does not apply.
+pub(crate) fn theory(number: &str, scenario: &Scenario) -> Option<f64> {
+    match number {
+        "first_global_rupture_ft_fn" => LengthLaw::is_for(scenario)
+            .then(|| LengthLaw::natural(scenario).load_ratio(&LengthLawParameters::of(scenario), 1.0)),
+        "first_global_rupture_onset_s" => LoadCurve::of(scenario)?.time_to_dynamic_s(),
+        _ => {
+            let plan = Plan::new(scenario);
+            Front::of(&plan, plan.blocks / 2)?.speed_over_c()
         }
     }
 }

@@ -97,21 +97,20 @@ fn parse(text: &str, axes: [MeasuredAxis<'_>; 2]) -> Result<Vec<[[f64; 2]; 2]>, 
     for row in reader.records() {
         let row = row.map_err(|error| error.to_string())?;
         let line = row.position().map_or(0, csv::Position::line);
-        let number = |column: usize, least: Option<(f64, &str)>| {
-            let accepted = least.map_or("a number", |(_, accepted)| accepted);
-            let is_accepted =
-                |value: &f64| value.is_finite() && least.is_none_or(|(least, _)| *value >= least);
+        let number = |column: usize, (least, accepted): (f64, &str)| {
+            let is_accepted = |value: &f64| value.is_finite() && *value >= least;
             row[column].parse().ok().filter(is_accepted).ok_or_else(|| {
                 format!("line {line}, column {:?}: {:?} (accepted: {accepted})", &heads[column], &row[column])
             })
         };
         let mut point = [[0.0; 2]; 2];
         for (n, (value, error)) in columns.into_iter().enumerate() {
-            let least = axes[n].1.then_some((f64::MIN_POSITIVE, "a number above 0, on a logarithmic axis"));
+            let least = match axes[n].1 {
+                true => (f64::MIN_POSITIVE, "a number above 0, on a logarithmic axis"),
+                false => (f64::MIN, "a number"),
+            };
             point[n][0] = number(value, least)?;
-            if let Some(error) = error {
-                point[n][1] = number(error, Some((0.0, "a number from 0")))?;
-            }
+            point[n][1] = error.map_or(Ok(0.0), |error| number(error, (0.0, "a number from 0")))?;
         }
         points.push(point);
     }

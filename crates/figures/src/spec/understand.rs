@@ -9,7 +9,7 @@ use asperity_numbers::Number;
 use asperity_record::{Cell, unit_of};
 
 use super::axes::{Axis, Key, read_place};
-use super::figure::{Figure, Kind, Quantity, Theory};
+use super::figure::{Figure, Kind, OF_THEORY, Quantity};
 use super::measured::MeasuredFile;
 use super::written::{Family, OF_PRECURSORS, Scale};
 
@@ -30,7 +30,7 @@ impl Family {
         keeps_ruptures: bool,
     ) -> Result<Vec<Figure>, String> {
         let known = |of: &Family| {
-            let figure = Known(axes).figure(of, keeps_ruptures);
+            let figure = Known { axes, used: Vec::new() }.figure(of, keeps_ruptures);
             figure.map_err(|problem| format!("figure.family {:?}: {problem}", of.file))
         };
         let all = all.iter().map(known).collect::<Result<Vec<Figure>, _>>()?;
@@ -70,52 +70,51 @@ fn plain_file(file: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What a figure may speak of.
-struct Known<'a>(&'a [Axis<'a>]);
+/// What a figure may speak of, and the keys that it does, each with the key of the figure that names it.
+struct Known<'a> {
+    axes: &'a [Axis<'a>],
+    used: Vec<(&'static str, &'a str)>,
+}
 
-/// Names in a figure, each with the key that gives it.
-type Used<'a> = Vec<(&'static str, &'a str)>;
-
-impl Known<'_> {
-    /// The key of that name, and the number of its axis.
-    fn key(&self, what: &str, name: &str) -> Result<(usize, &Key<'_>), String> {
-        let keys = self.0.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
-        keys.clone().find(|(_, key)| key.path == name).ok_or_else(|| {
+impl<'a> Known<'a> {
+    /// The key of that name, which the figure then uses, and its axis.
+    fn key(&mut self, what: &'static str, name: &str) -> Result<(usize, &'a Key<'a>), String> {
+        let keys =
+            self.axes.iter().enumerate().flat_map(|(n, axis)| axis.keys.iter().map(move |key| (n, key)));
+        let Some((axis, key)) = keys.clone().find(|(_, key)| key.path == name) else {
             let may_be_number = matches!(what, "x" | "y");
             let names: Vec<&str> = keys.map(|(_, key)| key.path).collect();
             let numbers: Vec<&str> =
                 numbers_of_summary().filter(|_| may_be_number).map(Number::name).collect();
-            let meant = suggestion(name, [&names[..], &numbers[..]].concat());
+            let meant = suggestion(name, [&names[..], &numbers].concat());
             let more = if may_be_number { ", or a number of `asperity summary --schema`" } else { "" };
-            format!("{what} = {name:?} does not vary{meant} (accepted: {}{more})", names.join(", "))
-        })
+            let names = names.join(", ");
+            return Err(format!("{what} = {name:?} does not vary{meant} (accepted: {names}{more})"));
+        };
+        if let Some((other, _)) = self.used.iter().find(|(_, other)| *other == name) {
+            return Err(format!("{name} is both {other} and {what} (accepted: one of them)"));
+        }
+        self.used.push((what, key.path));
+        Ok((axis, key))
     }
 
     /// A key that varies, with the number of its axis, or a number of the summary.
-    fn key_or_number<'a>(
-        &self,
-        (what, name): (&'static str, &'a str),
+    fn key_or_number(
+        &mut self,
+        what: &'static str,
+        name: &str,
         label: &Option<String>,
         scale: Option<Scale>,
-        used: &mut Used<'a>,
     ) -> Result<(Option<usize>, Quantity), String> {
         match self.key(what, name) {
-            Ok((axis, key)) => {
-                used.push((what, name));
-                Ok((Some(axis), of_key(what, key, label, scale)?))
-            }
+            Ok((axis, key)) => Ok((Some(axis), of_key(what, key, label, scale)?)),
             Err(no_key) if Number::find(name).is_err() => Err(no_key),
             Err(_) => Ok((None, number(what, name, label, scale)?)),
         }
     }
 
     /// What a figure shows over which axes, before it is known what else it uses.
-    fn kind<'a>(
-        &self,
-        of: &'a Family,
-        keeps_ruptures: bool,
-        used: &mut Used<'a>,
-    ) -> Result<(Kind, [Quantity; 2]), String> {
+    fn kind(&mut self, of: &Family, keeps_ruptures: bool) -> Result<(Kind, [Quantity; 2]), String> {
         let Family { x: across, y: upwards, x_label, y_label, .. } = of;
         if [across, upwards] == OF_PRECURSORS {
             if !keeps_ruptures {
@@ -125,11 +124,10 @@ impl Known<'_> {
             let y = quantity(upwards, y_label, || "L_p/L".to_owned(), false);
             return Ok((Kind::Lengths { law: of.law }, [x, y]));
         }
-        let (of_x, x) = self.key_or_number(("x", across), x_label, of.x_scale, used)?;
-        let (of_y, y) = self.key_or_number(("y", upwards), y_label, of.y_scale, used)?;
-        let theory = Theory::NUMBERS.iter().find(|(number, _)| number == upwards).map(|(_, theory)| *theory);
-        if of.theory && theory.is_none() {
-            let names = Theory::NUMBERS.map(|(number, _)| number).join(", ");
+        let (of_x, x) = self.key_or_number("x", across, x_label, of.x_scale)?;
+        let (of_y, y) = self.key_or_number("y", upwards, y_label, of.y_scale)?;
+        if of.theory && !OF_THEORY.contains(&upwards.as_str()) {
+            let names = OF_THEORY.join(", ");
             return Err(format!("theory = true with y = {upwards:?} (accepted: with y one of {names})"));
         }
         let kind = match (of_x, of_y) {
@@ -148,21 +146,13 @@ impl Known<'_> {
                     "x = {across:?} holds words (accepted: a key or a number of the summary; a key of words as colour or facet)"
                 ));
             }
-            _ => Kind::Family {
-                joined: of_x.is_some_and(|axis| self.0[axis].joined),
-                theory: theory.filter(|_| of.theory),
-            },
+            _ => Kind::Family { joined: of_x.is_some_and(|axis| self.axes[axis].joined), theory: of.theory },
         };
         Ok((kind, [x, y]))
     }
 
     /// What the colours of a figure say.
-    fn colour<'a>(
-        &self,
-        of: &'a Family,
-        is_map: bool,
-        used: &mut Used<'a>,
-    ) -> Result<Option<Quantity>, String> {
+    fn colour(&mut self, of: &Family, is_map: bool) -> Result<Option<Quantity>, String> {
         let Family { colour_label: label, colour_scale: scale, .. } = of;
         let Some(name) = &of.colour else {
             let refused = "a phase map without colour (accepted: a number of the summary)";
@@ -176,15 +166,13 @@ impl Known<'_> {
         if !key.is_number && words > MOST_WORDS {
             return Err(format!("colour = {name:?} has {words} values (accepted: up to {MOST_WORDS} words)"));
         }
-        used.push(("colour", name));
         of_key("colour", key, label, *scale).map(Some)
     }
 
     /// A figure with its facet and its slice; and that every axis has a part in it, since runs that differ in
     /// something else would stand in one place as if they were the same.
-    fn figure(&self, of: &Family, keeps_ruptures: bool) -> Result<Figure, String> {
-        let mut used = Used::new();
-        let (kind, [x, y]) = self.kind(of, keeps_ruptures, &mut used)?;
+    fn figure(mut self, of: &Family, keeps_ruptures: bool) -> Result<Figure, String> {
+        let (kind, [x, y]) = self.kind(of, keeps_ruptures)?;
         let is_map = matches!(kind, Kind::PhaseMap { .. });
         let is_of_lengths = matches!(kind, Kind::Lengths { .. });
         let unused = [
@@ -194,22 +182,20 @@ impl Known<'_> {
         if let Some((key, _, accepted)) = unused.iter().find(|(_, is_unused, _)| *is_unused) {
             return Err(format!("{key} with y = {:?} (accepted: with {accepted})", of.y));
         }
-        let colour = self.colour(of, is_map, &mut used)?;
+        let colour = self.colour(of, is_map)?;
         let axes = [&x, &y].map(|of| ([of.column.as_str(), &of.label], of.log));
         let measured = MeasuredFile::points(&of.measured, &of.measured_label, axes)?;
         let mut facet = None;
         if let Some(name) = &of.facet {
             let (_, key) = self.key("facet", name)?;
             let panels = key.values.len();
-            if panels > MOST_PANELS && !of.at.iter().any(|at| at.starts_with(name.as_str())) {
+            if panels > MOST_PANELS {
                 return Err(format!("facet = {name:?} has {panels} values (accepted: up to {MOST_PANELS})"));
             }
-            used.push(("facet", name));
             facet = Some(of_key("facet", key, &None, None)?);
         }
         for name in &of.over {
             self.key("over", name)?;
-            used.push(("over", name));
         }
         let mut at = Vec::new();
         for text in &of.at {
@@ -227,18 +213,12 @@ impl Known<'_> {
                     values.join(", ")
                 ));
             }
-            used.push(("at", key.path));
             at.push((key.path.to_owned(), value));
         }
-        for (n, (what, name)) in used.iter().enumerate() {
-            if let Some((other, _)) = used[..n].iter().find(|(_, other)| other == name) {
-                return Err(format!("{name} is both {other} and {what} (accepted: one of them)"));
-            }
-        }
-        for axis in self.0 {
-            let told = axis.keys.iter().any(|key| used.iter().any(|(_, name)| *name == key.path));
-            if !told && axis.keys.iter().any(|key| key.values.len() > 1) {
-                let names: Vec<&str> = axis.keys.iter().map(|key| key.path).collect();
+        for Axis { keys, .. } in self.axes {
+            let is_used = keys.iter().any(|key| self.used.iter().any(|(_, name)| *name == key.path));
+            if !is_used && keys.iter().any(|key| key.values.len() > 1) {
+                let names: Vec<&str> = keys.iter().map(|key| key.path).collect();
                 return Err(format!(
                     "{} varies, and the figure does not use it (accepted: as x, y, colour or facet where \
                      the kind has it, in over, or one value in at)",
@@ -350,7 +330,7 @@ mod tests {
     use asperity_record::Cell;
 
     use crate::draw::Figures;
-    use crate::{Axis, Family, Key, Kind, Theory};
+    use crate::{Axis, Family, Key, Kind};
 
     /// Axes of a sweep: tilts and stiffnesses by factors, drives by name, and seeds.
     fn axes() -> Vec<Axis<'static>> {
@@ -389,7 +369,7 @@ mod tests {
         assert_eq!((map.y.label.as_str(), map.y.log), ("k_{t}/k", true));
         assert_eq!(map.colour.as_ref().unwrap().label, "precursor count");
         assert!(map.is_spread && map.facet.as_ref().unwrap().is_word);
-        assert_eq!(family.kind, Kind::Family { joined: true, theory: Some(Theory::LoadAtGlobalSlip) });
+        assert_eq!(family.kind, Kind::Family { joined: true, theory: true });
         assert_eq!(family.y.label, "first global rupture F_T/F_N");
         assert_eq!(family.at, [("drive.kind".to_owned(), Cell::Word("side".into()))]);
         assert_eq!((lengths.at.len(), lengths.is_spread), (2, false));

@@ -108,13 +108,8 @@ impl Statistic {
     }
 
     /// What it is called.
-    pub fn word(self) -> &'static str {
-        match self {
-            Statistic::Median => "median",
-            Statistic::Mean => "mean",
-            Statistic::Smallest => "smallest",
-            Statistic::Largest => "largest",
-        }
+    pub fn word(self) -> String {
+        format!("{self:?}").to_lowercase()
     }
 
     /// The number of runs per cell of a map, with the statistic shown, for a caption; `None` if no cell has

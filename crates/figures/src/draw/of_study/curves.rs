@@ -7,13 +7,13 @@ use asperity_numbers::quantile;
 use asperity_record::Cell;
 use plotters::prelude::RGBColor;
 
-use super::gather::{Gathered, Group, Sample, ScenarioOf, level};
+use super::gather::{Gathered, Group, LEVELS, Sample, ScenarioOf, level};
 use super::map::in_order;
-use crate::Theory;
 use crate::draw::colours::{Colours, On, WORDS};
 use crate::draw::lengths::course;
 use crate::draw::scale::Scale;
 use crate::draw::sheet::{Dash, GREY, INK, Layer, Marker, Point, Shape, Sheet};
+use crate::spec::theory;
 
 /// The bands between extremes and between quartiles: from which share to which, and their strengths.
 const BANDS: [(f64, f64, f64); 2] = [(0.0, 1.0, EXTREMES), (0.25, 0.75, QUARTILES)];
@@ -90,9 +90,11 @@ impl<'a> Drawing<'a> {
 
     /// The panels in the order of their values, with the legend of all.
     fn sheet(self, [x, y]: [Scale; 2]) -> Sheet {
-        let all = self.panels.into_iter();
-        let panels = all.map(|(panel, layers)| (panel, [layers.concat(), self.legend.clone()].concat()));
-        Sheet { bar: self.bar, ..Sheet::of(in_order(self.gathered, panels.collect(), &x, &y)) }
+        let layers = |n: usize| {
+            let shown = self.panels.get(&n).map(|layers| [layers.concat(), self.legend.clone()].concat());
+            shown.unwrap_or_default()
+        };
+        Sheet { bar: self.bar.clone(), ..Sheet::of(in_order(self.gathered, layers, &x, &y)) }
     }
 }
 
@@ -134,7 +136,7 @@ fn by_group<'a>(samples: impl Iterator<Item = &'a Sample>) -> BTreeMap<Group, Ve
 pub(super) fn family(
     gathered: &Gathered,
     joined: bool,
-    theory: Option<Theory>,
+    with_theory: bool,
     scenario_of: ScenarioOf<'_>,
 ) -> Result<Sheet, String> {
     let figure = &gathered.figure;
@@ -180,12 +182,12 @@ pub(super) fn family(
         } else {
             on_top.push(marks(with_number(&samples), MOST_MARKS, look));
         }
-        if let Some(theory) = theory {
+        if with_theory {
             let mut course = Vec::new();
             for runs in places() {
                 // Of runs that share a place, the first one speaks.
                 let first = runs.iter().find(|run| run.done).map(|run| scenario_of(run.run)).transpose()?;
-                let y = first.and_then(|scenario| theory.of(&scenario)).unwrap_or(f64::NAN);
+                let y = first.and_then(|scenario| theory(&figure.y.column, &scenario)).unwrap_or(f64::NAN);
                 course.push((runs[0].x, y));
             }
             let known = ys.len();
@@ -237,23 +239,23 @@ pub(super) fn lengths(
             }
         }
     }
-    let of_runs = gathered.loads.values().flat_map(|loads| loads.at_levels.iter().flatten().copied());
+    let of_runs = gathered.loads.values().flatten().flatten().copied();
     let marked = gathered.marks.values().flatten().map(|(load, _)| f64::from_bits(*load));
     largest = of_runs.chain(marked).fold(largest, f64::max);
     let to = if largest > 0.0 { largest * 1.06 } else { 1.0 };
     for (group, loads) in &gathered.loads {
         let ([behind, lines, ..], (_, color)) = drawing.of_group(*group);
-        // A run that has not come to a length would need a load beyond all others.
-        let beyond = |known: &Vec<f64>| {
-            let mut all = known.clone();
+        let column = |n: usize| {
+            // A run that has not come to a length would need a load beyond all others.
+            let of_runs = loads.iter().map(|of_run| of_run.get(n).copied().unwrap_or(f64::INFINITY));
+            let mut all: Vec<f64> = of_runs.collect();
             all.sort_by(f64::total_cmp);
-            all.resize(loads.runs, f64::INFINITY);
             all
         };
-        let columns: Vec<Vec<f64>> = loads.at_levels.iter().map(beyond).collect();
+        let columns: Vec<Vec<f64>> = (0..LEVELS).map(column).collect();
         // The load below which a share of the runs lie, that of one of them.
         let course = |share: f64| {
-            let rank = (share * loads.runs.saturating_sub(1) as f64).round() as usize;
+            let rank = (share * loads.len().saturating_sub(1) as f64).round() as usize;
             columns.iter().enumerate().map(move |(n, loads)| (loads[rank], level(n)))
         };
         for (low, high, strength) in BANDS {

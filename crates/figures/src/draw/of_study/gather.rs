@@ -78,15 +78,6 @@ impl<'a> Row<'a> {
 /// Lengths at which the loads of several runs are compared: these shares of the slider.
 pub(super) const LEVELS: usize = 50;
 
-/// What several runs have come to.
-#[derive(Debug)]
-pub(super) struct Loads {
-    /// How many runs there are.
-    pub(super) runs: usize,
-    /// The loads at each of the [`LEVELS`], of the runs that have come to it.
-    pub(super) at_levels: Vec<Vec<f64>>,
-}
-
 /// What is kept for one figure.
 #[derive(Debug)]
 pub(super) struct Gathered {
@@ -102,8 +93,8 @@ pub(super) struct Gathered {
     pub(super) upwards: Values,
     /// Load and length of precursors, so far apart as can be seen.
     pub(super) marks: BTreeMap<Group, BTreeSet<(u64, u64)>>,
-    /// Loads at lengths, where several runs belong together.
-    pub(super) loads: BTreeMap<Group, Loads>,
+    /// Of each run, where several belong together, the load at each of the [`LEVELS`] that it has come to.
+    pub(super) loads: BTreeMap<Group, Vec<Vec<f64>>>,
 }
 
 impl Gathered {
@@ -115,20 +106,17 @@ impl Gathered {
     /// Takes a rupture of the run that comes next. They come in the order in which they became
     /// certain.
     pub(super) fn rupture(&mut self, row: Row<'_>) {
-        let cells =
-            ["first_block", "last_block", "reached_every_block", "ft_fn_onset", "onset_step", "rupture"];
-        let [
-            &Cell::Count(first),
-            &Cell::Count(last),
-            &Cell::Flag(every),
-            &Cell::Number(ft_fn),
-            &Cell::Step(onset_step),
-            &Cell::Step(rupture),
-        ] = cells.map(|name| row.cell(name))
+        let number = |name| row.number(name);
+        let reach = number("first_block").zip(number("last_block"));
+        let order = number("onset_step").zip(number("rupture"));
+        let (Some((first, last)), Some((onset_step, rupture)), Some(ft_fn)) =
+            (reach, order, number("ft_fn_onset"))
         else {
             return;
         };
-        self.farther.take((onset_step, rupture), Reach { first, last }, || (every, ft_fn));
+        let every = *row.cell("reached_every_block") == Cell::Flag(true);
+        let reach = Reach { first: first as u32, last: last as u32 };
+        self.farther.take((onset_step as u64, rupture as u64), reach, || (every, ft_fn));
     }
 
     /// Takes a run.
@@ -167,23 +155,19 @@ impl Gathered {
         // Over an area lengths are shares of the columns, of which the longest precursor says how many.
         let longest = alone.last().zip(row.number("longest_precursor_ratio"));
         let columns = longest.map_or(blocks, |((_, to), ratio)| (to / ratio).round());
-        let mut precursors = alone.into_iter().map(|(ft_fn, to)| (ft_fn, to / columns));
+        let precursors = alone.into_iter().map(|(ft_fn, to)| (ft_fn, to / columns));
         if !self.figure.is_spread {
             let marks = precursors.map(|(ft_fn, length)| (coarse(ft_fn), coarse(length)));
             self.marks.entry(group).or_default().extend(marks);
             return;
         }
-        let none = || Loads { runs: 0, at_levels: vec![Vec::new(); LEVELS] };
-        let loads = self.loads.entry(group).or_insert_with(none);
-        loads.runs += 1;
         // They are ever longer.
-        let mut longest = precursors.next();
-        for (n, loads) in loads.at_levels.iter_mut().enumerate() {
-            while longest.is_some_and(|(_, length)| length < level(n) - 1e-12) {
-                longest = precursors.next();
-            }
-            loads.extend(longest.map(|(ft_fn, _)| ft_fn));
-        }
+        let mut precursors = precursors.peekable();
+        let at_level = |n| {
+            while precursors.next_if(|(_, length)| *length < level(n) - 1e-12).is_some() {}
+            precursors.peek().map(|(ft_fn, _)| *ft_fn)
+        };
+        self.loads.entry(group).or_default().push((0..LEVELS).map_while(at_level).collect());
     }
 }
 

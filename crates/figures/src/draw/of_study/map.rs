@@ -4,60 +4,44 @@ use std::collections::BTreeMap;
 
 use asperity_record::Cell;
 
-use super::gather::{Gathered, Values};
+use super::gather::{Gathered, Sample, Values};
 use crate::Statistic;
 use crate::draw::colours::{Colours, On};
 use crate::draw::scale::{Scale, number};
-use crate::draw::sheet::{GREY, Layer, Marker, Panel, Point, Shape, Sheet, Tile};
+use crate::draw::sheet::{GREY, Layer, Marker, Panel, Shape, Sheet};
 
 /// The radius of a place where places are scattered.
 const DISC: f64 = 22.0;
 
-/// What is in a place: the numbers of its runs, and whether any of them is done.
-#[derive(Debug, Default)]
-struct Spot {
-    numbers: Vec<f64>,
-    done: bool,
-}
-
-/// What a panel shows: values, and the places without one.
-#[derive(Default)]
-struct Shown {
-    discs: Vec<Layer>,
-    cells: Vec<Tile>,
-    none: Vec<Point>,
-    no_run: Vec<Point>,
-}
-
-/// The places of the map, by panel, x and y.
-fn spots(gathered: &Gathered) -> BTreeMap<(usize, u64, u64), Spot> {
-    let mut spots: BTreeMap<(usize, u64, u64), Spot> = BTreeMap::new();
+/// The runs of each place of the map, by panel, x and y.
+fn places(gathered: &Gathered) -> BTreeMap<(usize, u64, u64), Vec<&Sample>> {
+    let mut places: BTreeMap<_, Vec<&Sample>> = BTreeMap::new();
     for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite() && sample.y.is_finite()) {
-        let spot = spots.entry((sample.group.0, bits(sample.x), bits(sample.y))).or_default();
-        spot.numbers.extend(sample.value);
-        spot.done |= sample.done;
+        places.entry((sample.group.0, bits(sample.x), bits(sample.y))).or_default().push(sample);
     }
-    spots
+    places
 }
 
 /// What stands for several runs in a cell, in words; none if no cell has several.
 pub(super) fn shared(gathered: &Gathered, statistic: Statistic) -> Option<String> {
-    statistic.of_runs_per_cell(spots(gathered).values().map(|spot| spot.numbers.len()))
+    let count = |runs: &Vec<&Sample>| runs.iter().filter(|run| run.value.is_some()).count();
+    statistic.of_runs_per_cell(places(gathered).values().map(count))
 }
 
 pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) -> Result<Sheet, String> {
     let figure = &gathered.figure;
-    let mut spots = spots(gathered);
-    for spot in spots.values_mut() {
-        spot.numbers.sort_by(f64::total_cmp);
-    }
-    let value = |spot: &Spot| statistic.of(&spot.numbers);
-    let values: Vec<f64> = spots.values().filter_map(value).collect();
+    let places = places(gathered);
+    let value = |runs: &Vec<&Sample>| {
+        let mut numbers: Vec<f64> = runs.iter().filter_map(|run| run.value).collect();
+        numbers.sort_by(f64::total_cmp);
+        statistic.of(&numbers)
+    };
+    let values: Vec<f64> = places.values().filter_map(value).collect();
     let colour = figure.colour.as_ref().ok_or("a phase map has colours")?;
     let colours =
         Colours::of(Scale::of(&colour.label, colour.log, 0.0, values.iter().copied()), On::Surfaces);
 
-    let (xs, ys) = (sorted(spots.keys().map(|(_, x, _)| *x)), sorted(spots.keys().map(|(.., y)| *y)));
+    let (xs, ys) = (sorted(places.keys().map(|(_, x, _)| *x)), sorted(places.keys().map(|(.., y)| *y)));
     let margin = if scattered { 0.06 } else { 0.0 };
     let scale = |quantity: &crate::Quantity, words: &Values, values: &[f64]| {
         if quantity.is_word {
@@ -76,21 +60,21 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     let (edges_x, edges_y) = (x.cell_edges(&xs), y.cell_edges(&ys));
     let index = |all: &[f64], value: f64| all.partition_point(|other| *other < value);
 
-    let mut panels: BTreeMap<usize, Shown> = BTreeMap::new();
-    for ((panel, at_x, at_y), spot) in &spots {
-        let at = (f64::from_bits(*at_x), f64::from_bits(*at_y));
-        let Shown { discs, cells, none, no_run } = panels.entry(*panel).or_default();
-        match value(spot).and_then(|value| colours.of_number(value)) {
-            Some(color) if scattered => discs.push(Layer::discs("", vec![at], DISC, color)),
-            Some(color) => {
-                let (nx, ny) = (index(&xs, at.0), index(&ys, at.1));
-                cells.push(([(edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1])], color));
+    let layers = |panel: usize| {
+        let (mut layers, mut cells) = (Vec::new(), Vec::new());
+        let [mut none, mut no_run] = [Vec::new(), Vec::new()];
+        for ((_, at_x, at_y), runs) in places.iter().filter(|((of, ..), _)| *of == panel) {
+            let at = (f64::from_bits(*at_x), f64::from_bits(*at_y));
+            match value(runs).and_then(|value| colours.of_number(value)) {
+                Some(color) if scattered => layers.push(Layer::discs("", vec![at], DISC, color)),
+                Some(color) => {
+                    let (nx, ny) = (index(&xs, at.0), index(&ys, at.1));
+                    cells.push(([(edges_x[nx], edges_y[ny]), (edges_x[nx + 1], edges_y[ny + 1])], color));
+                }
+                None if runs.iter().any(|run| run.done) => none.push(at),
+                None => no_run.push(at),
             }
-            None if spot.done => none.push(at),
-            None => no_run.push(at),
         }
-    }
-    let layers = |Shown { discs: mut layers, cells, none, no_run }: Shown| {
         layers.extend((!cells.is_empty()).then(|| Layer::cells(cells)));
         layers.extend((!none.is_empty()).then(|| match scattered {
             true => Layer::marks("none", none, Marker::Circle, GREY),
@@ -99,18 +83,17 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
         layers.extend((!no_run.is_empty()).then(|| Layer::marks("no run", no_run, Marker::Cross, GREY)));
         layers
     };
-    let panels = panels.into_iter().map(|(panel, shown)| (panel, layers(shown))).collect();
-    Ok(Sheet { bar: Some(colours), ..Sheet::of(in_order(gathered, panels, &x, &y)) })
+    Ok(Sheet { bar: Some(colours.clone()), ..Sheet::of(in_order(gathered, layers, &x, &y)) })
 }
 
 /// The panels in the order of their values, each with its title.
 pub(super) fn in_order(
     gathered: &Gathered,
-    mut layers: BTreeMap<usize, Vec<Layer>>,
+    mut layers: impl FnMut(usize) -> Vec<Layer>,
     x: &Scale,
     y: &Scale,
 ) -> Vec<Panel> {
-    let mut panel = |n: usize| Panel::new(x.clone(), y.clone(), layers.remove(&n).unwrap_or_default());
+    let mut panel = |n: usize| Panel::new(x.clone(), y.clone(), layers(n));
     let Some(facet) = &gathered.figure.facet else {
         return vec![panel(0)];
     };

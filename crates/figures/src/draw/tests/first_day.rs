@@ -8,7 +8,7 @@ use asperity_testkit::made_up::{self, EVENTS};
 use schemars::schema_for;
 
 use crate::draw::Figures;
-use crate::draw::kind::AnyFigure;
+use crate::draw::kind::Figure;
 
 /// One of each kind, as the page on figures has them.
 fn examples() -> Figures {
@@ -124,11 +124,10 @@ pub(in crate::draw) fn runs() -> Vec<RunData> {
 }
 
 /// The page of a figure all of whose runs are this one.
-fn drawn(figure: &dyn AnyFigure, run: &RunData) -> Result<(), String> {
+fn drawn(figure: &dyn Figure, run: &RunData) -> Result<(), String> {
     let run = RunData { kept: figure.required_data(), ..run.clone() };
-    let part = |name: &str| Ok((name.to_owned(), figure.part(&run)?));
-    let parts = figure.runs().into_iter().map(part).collect::<Result<_, String>>()?;
-    let sheet = figure.sheet(parts)?;
+    let parts = figure.runs().into_iter().map(|(_, pen)| figure.part(&run, pen));
+    let sheet = figure.sheet(parts.collect::<Result<_, String>>()?)?;
     sheet.page(Some("foot")).map(drop)
 }
 

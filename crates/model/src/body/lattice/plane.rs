@@ -9,33 +9,94 @@
 pub(super) struct Plane {
     /// Nodes in a row.
     pub(super) columns: usize,
-    /// RowsAround, at least 2.
+    /// Rows, at least 2.
     pub(super) rows: usize,
     pub(super) stiffness_n_per_m: f64,
     pub(super) damping_kg_per_s: f64,
 }
 
-/// Displacements `u_x` and `u_z` and velocities `v_x` and `v_z`; the pulls of springs and of dashpots in the same order.
-const QUANTITIES: usize = 4;
+/// A quantity at a node and at the eight around it.
+struct Around {
+    here: f64,
+    left: f64,
+    right: f64,
+    up: f64,
+    down: f64,
+    /// Up on the right and down on the left.
+    rising: [f64; 2],
+    /// Up on the left and down on the right.
+    falling: [f64; 2],
+}
 
-/// A quantity on the three rows around a node: below it, its own, above it. At the bottom and at the top its own
+/// The three rows around a node: below it, its own, above it. At the bottom and at the top its own
 /// row fills the place of the one that is missing.
-type RowsAround<'a> = [&'a [f64]; 3];
+type Rows<'a> = [&'a [f64]; 3];
 
-/// A quantity at a node and at the eight around it: from the row below upwards, each from left to right.
-type Around = [[f64; 3]; 3];
+/// A row: the values to the left, at, and to the right of the nodes inside.
+struct Row<'a> {
+    left: &'a [f64],
+    here: &'a [f64],
+    right: &'a [f64],
+}
+
+impl<'a> Row<'a> {
+    #[inline(always)]
+    fn of(row: &'a [f64], inner: usize) -> Row<'a> {
+        Row { left: &row[..inner], here: &row[1..][..inner], right: &row[2..][..inner] }
+    }
+
+    /// A group of it.
+    #[inline(always)]
+    fn group(&self, at: usize) -> Row<'a> {
+        let of = |row: &'a [f64]| &row[at..][..GROUP];
+        Row { left: of(self.left), here: of(self.here), right: of(self.right) }
+    }
+}
 
 /// Nodes of a row that are computed at once. The last group of a row ends with the row and overlaps the one
 /// before, repeating some of its work: a shorter group would be slower.
 const GROUP: usize = 8;
 
-/// A quantity around a node. A missing neighbour has no bond: it gets the node's own value, so it does not pull.
-#[inline(always)]
-fn around<const BELOW: bool, const ABOVE: bool>(at: impl Fn(usize, usize) -> f64) -> Around {
-    let own = at(1, 1);
-    let below = |ahead: usize| if BELOW { at(0, ahead) } else { own };
-    let above = |ahead: usize| if ABOVE { at(2, ahead) } else { own };
-    [[below(0), below(1), below(2)], [at(1, 0), own, at(1, 2)], [above(0), above(1), above(2)]]
+impl Around {
+    /// Around a node inside its row.
+    #[inline(always)]
+    fn inside<const BELOW: bool, const ABOVE: bool>(
+        below: &Row<'_>,
+        here: &Row<'_>,
+        above: &Row<'_>,
+        n: usize,
+    ) -> Around {
+        let own = here.here[n];
+        let up = |row: &[f64]| if ABOVE { row[n] } else { own };
+        let down = |row: &[f64]| if BELOW { row[n] } else { own };
+        Around {
+            here: own,
+            left: here.left[n],
+            right: here.right[n],
+            up: up(above.here),
+            down: down(below.here),
+            rising: [up(above.right), down(below.left)],
+            falling: [up(above.left), down(below.right)],
+        }
+    }
+
+    /// Around the first or the last node of its row.
+    #[inline(always)]
+    fn at_edge<const BELOW: bool, const ABOVE: bool>([below, here, above]: Rows<'_>, n: usize) -> Around {
+        let own = here[n];
+        let (left, right) = (n.checked_sub(1), Some(n + 1).filter(|n| *n < here.len()));
+        let of =
+            |row: &[f64], n: Option<usize>, is_there: bool| n.filter(|_| is_there).map_or(own, |n| row[n]);
+        Around {
+            here: own,
+            left: of(here, left, true),
+            right: of(here, right, true),
+            up: of(above, Some(n), ABOVE),
+            down: of(below, Some(n), BELOW),
+            rising: [of(above, right, ABOVE), of(below, left, BELOW)],
+            falling: [of(above, left, ABOVE), of(below, right, BELOW)],
+        }
+    }
 }
 
 impl Plane {
@@ -56,106 +117,133 @@ impl Plane {
             let here = self.row(row);
             let below = if row > 0 { self.row(row - 1) } else { here.clone() };
             let above = if row + 1 < self.rows { self.row(row + 1) } else { here.clone() };
-            let rows =
-                [u.0, u.1, v.0, v.1].map(|of| [&of[below.clone()], &of[here.clone()], &of[above.clone()]]);
-            let forces_n = [
-                &mut springs.0[here.clone()],
-                &mut springs.1[here.clone()],
-                &mut dashpots.0[here.clone()],
-                &mut dashpots.1[here],
-            ];
+            let stretch = [u.0, u.1].map(|of| [&of[below.clone()], &of[here.clone()], &of[above.clone()]]);
+            let (x_n, z_n) = (&mut springs.0[here.clone()], &mut springs.1[here.clone()]);
             match (row > 0, row + 1 < self.rows) {
-                (true, true) => self.pull_on_row::<true, true>(forces_n, rows),
-                (true, false) => self.pull_on_row::<true, false>(forces_n, rows),
-                (false, _) => self.pull_on_row::<false, true>(forces_n, rows),
+                (true, true) => self.springs_on_row::<true, true>(x_n, z_n, stretch),
+                (true, false) => self.springs_on_row::<true, false>(x_n, z_n, stretch),
+                (false, _) => self.springs_on_row::<false, true>(x_n, z_n, stretch),
             }
-        }
-    }
-
-    /// The pulls on one row, from the quantities on the rows around it.
-    #[inline(always)]
-    fn pull_on_row<const BELOW: bool, const ABOVE: bool>(
-        &self,
-        mut forces_n: [&mut [f64]; QUANTITIES],
-        rows: [RowsAround<'_>; QUANTITIES],
-    ) {
-        let last = self.columns - 1;
-        for n in [0, last] {
-            let of = rows.map(|rows| {
-                around::<BELOW, ABOVE>(|up, ahead| match n + ahead {
-                    beyond if beyond == 0 || beyond > last + 1 => rows[1][n],
-                    next => rows[up][next - 1],
-                })
-            });
-            for (force_n, pull_n) in forces_n.iter_mut().zip(self.pull_n(&of)) {
-                force_n[n] = pull_n;
-            }
-        }
-        let inner = last - 1;
-        let rows = rows.map(|rows| rows.map(|row| &row[..inner + 2]));
-        if inner < GROUP {
-            (0..inner).for_each(|at| self.pull_on_group::<BELOW, ABOVE, 1>(&mut forces_n, &rows, at));
-        } else {
-            for from in (0..inner).step_by(GROUP) {
-                let at = from.min(inner - GROUP);
-                self.pull_on_group::<BELOW, ABOVE, GROUP>(&mut forces_n, &rows, at);
-            }
-        }
-    }
-
-    /// The pulls on consecutive nodes inside a row, of which the first has `at` nodes inside it to its left.
-    #[inline(always)]
-    fn pull_on_group<const BELOW: bool, const ABOVE: bool, const N: usize>(
-        &self,
-        forces_n: &mut [&mut [f64]; QUANTITIES],
-        rows: &[RowsAround<'_>; QUANTITIES],
-        at: usize,
-    ) {
-        let mut lines = [[[&[][..]; 3]; 3]; QUANTITIES];
-        for (lines, rows) in lines.iter_mut().zip(rows) {
-            for (line, row) in lines.iter_mut().zip(rows) {
-                for (ahead, line) in line.iter_mut().enumerate() {
-                    *line = &row[at + ahead..][..N];
+            for (force_n, v) in [(&mut *dashpots.0, v.0), (&mut *dashpots.1, v.1)] {
+                let force_n = &mut force_n[here.clone()];
+                let v = [&v[below.clone()], &v[here.clone()], &v[above.clone()]];
+                match (row > 0, row + 1 < self.rows) {
+                    (true, true) => self.dashpots_on_row::<true, true>(force_n, v),
+                    (true, false) => self.dashpots_on_row::<true, false>(force_n, v),
+                    (false, _) => self.dashpots_on_row::<false, true>(force_n, v),
                 }
             }
         }
-        // First into numbers of their own, which overlap with nothing, as vectorising requires.
-        let mut pulls_n = [[0.0; N]; QUANTITIES];
-        for n in 0..N {
-            let of = |quantity: usize| around::<BELOW, ABOVE>(|up, ahead| lines[quantity][up][ahead][n]);
-            let pull_n = self.pull_n(&[of(0), of(1), of(2), of(3)]);
-            for quantity in 0..QUANTITIES {
-                pulls_n[quantity][n] = pull_n[quantity];
-            }
+    }
+
+    /// The springs of one row, from the rows of `u_x` and `u_z` around it. A missing neighbour has no bond:
+    /// it gets the node's own displacement, so it does not pull.
+    #[inline(always)]
+    fn springs_on_row<const BELOW: bool, const ABOVE: bool>(
+        &self,
+        x_n: &mut [f64],
+        z_n: &mut [f64],
+        u: [Rows<'_>; 2],
+    ) {
+        let last = x_n.len() - 1;
+        for n in [0, last] {
+            let [u_x, u_z] = u.map(|rows| Around::at_edge::<BELOW, ABOVE>(rows, n));
+            (x_n[n], z_n[n]) = self.spring_force_n(&u_x, &u_z);
         }
-        for (force_n, pulls_n) in forces_n.iter_mut().zip(&pulls_n) {
-            force_n[at + 1..][..N].copy_from_slice(pulls_n);
+        let inner = last - 1;
+        let [x, z] = u;
+        self.springs_inside::<BELOW, ABOVE>(&mut x_n[1..][..inner], &mut z_n[1..][..inner], x, z);
+    }
+
+    /// Inside the row. A separate function, because only the arguments of a function let the compiler
+    /// assume that output and input do not overlap, as vectorising requires.
+    #[inline(always)]
+    fn springs_inside<const BELOW: bool, const ABOVE: bool>(
+        &self,
+        x_n: &mut [f64],
+        z_n: &mut [f64],
+        x: Rows<'_>,
+        z: Rows<'_>,
+    ) {
+        let inner = x_n.len();
+        let z_n = &mut z_n[..inner];
+        let (x0, x1, x2) = (Row::of(x[0], inner), Row::of(x[1], inner), Row::of(x[2], inner));
+        let (z0, z1, z2) = (Row::of(z[0], inner), Row::of(z[1], inner), Row::of(z[2], inner));
+        if inner < GROUP {
+            for n in 0..inner {
+                let u_x = Around::inside::<BELOW, ABOVE>(&x0, &x1, &x2, n);
+                let u_z = Around::inside::<BELOW, ABOVE>(&z0, &z1, &z2, n);
+                (x_n[n], z_n[n]) = self.spring_force_n(&u_x, &u_z);
+            }
+            return;
+        }
+        for from in (0..inner).step_by(GROUP) {
+            let at = from.min(inner - GROUP);
+            let (x0, x1, x2) = (x0.group(at), x1.group(at), x2.group(at));
+            let (z0, z1, z2) = (z0.group(at), z1.group(at), z2.group(at));
+            let (mut x, mut z) = ([0.0; GROUP], [0.0; GROUP]);
+            for n in 0..GROUP {
+                let u_x = Around::inside::<BELOW, ABOVE>(&x0, &x1, &x2, n);
+                let u_z = Around::inside::<BELOW, ABOVE>(&z0, &z1, &z2, n);
+                (x[n], z[n]) = self.spring_force_n(&u_x, &u_z);
+            }
+            x_n[at..][..GROUP].copy_from_slice(&x);
+            z_n[at..][..GROUP].copy_from_slice(&z);
         }
     }
 
-    /// The pull of springs on a node along `x` and `z`, and of dashpots. The order of summation makes the forces of a
+    /// The dashpots of one row along `x` or `z`, likewise.
+    #[inline(always)]
+    fn dashpots_on_row<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
+        let last = force_n.len() - 1;
+        for n in [0, last] {
+            force_n[n] = self.dashpot_force_n(&Around::at_edge::<BELOW, ABOVE>(v, n));
+        }
+        self.dashpots_inside::<BELOW, ABOVE>(&mut force_n[1..last], v);
+    }
+
+    /// Inside the row; likewise a separate function.
+    #[inline(always)]
+    fn dashpots_inside<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
+        let inner = force_n.len();
+        let (v0, v1, v2) = (Row::of(v[0], inner), Row::of(v[1], inner), Row::of(v[2], inner));
+        if inner < GROUP {
+            for (n, force_n) in force_n.iter_mut().enumerate() {
+                *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+            }
+            return;
+        }
+        for from in (0..inner).step_by(GROUP) {
+            let at = from.min(inner - GROUP);
+            let (v0, v1, v2) = (v0.group(at), v1.group(at), v2.group(at));
+            let mut group = [0.0; GROUP];
+            for (n, force_n) in group.iter_mut().enumerate() {
+                *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+            }
+            force_n[at..][..GROUP].copy_from_slice(&group);
+        }
+    }
+
+    /// The pull of springs on a node along `x` and `z`. The order of summation makes the forces of a
     /// mirrored lattice mirror images, to the bit.
     #[inline(always)]
-    fn pull_n(&self, [x, z, v_x, v_z]: &[Around; QUANTITIES]) -> [f64; QUANTITIES] {
+    fn spring_force_n(&self, u_x: &Around, u_z: &Around) -> (f64, f64) {
         let k = self.stiffness_n_per_m;
-        let straight_x = (x[1][0] + x[1][2]) - 2.0 * x[1][1];
-        let straight_z = (z[0][1] + z[2][1]) - 2.0 * z[1][1];
-        let rising = ((x[2][2] + z[2][2]) + (x[0][0] + z[0][0])) - 2.0 * (x[1][1] + z[1][1]);
-        let falling = ((x[2][0] - z[2][0]) + (x[0][2] - z[0][2])) - 2.0 * (x[1][1] - z[1][1]);
+        let straight_x = (u_x.left + u_x.right) - 2.0 * u_x.here;
+        let straight_z = (u_z.down + u_z.up) - 2.0 * u_z.here;
+        let rising =
+            ((u_x.rising[0] + u_z.rising[0]) + (u_x.rising[1] + u_z.rising[1])) - 2.0 * (u_x.here + u_z.here);
+        let falling = ((u_x.falling[0] - u_z.falling[0]) + (u_x.falling[1] - u_z.falling[1]))
+            - 2.0 * (u_x.here - u_z.here);
         let quarter = 0.25 * k;
-        [
-            k * straight_x + quarter * (rising + falling),
-            k * straight_z + quarter * (rising - falling),
-            self.dashpot_force_n(v_x),
-            self.dashpot_force_n(v_z),
-        ]
+        (k * straight_x + quarter * (rising + falling), k * straight_z + quarter * (rising - falling))
     }
 
-    /// The pull of dashpots on a node along one axis.
+    /// The pull of dashpots on a node along `x` or `z`, likewise.
     #[inline(always)]
     fn dashpot_force_n(&self, v: &Around) -> f64 {
-        let straight = (v[1][0] + v[1][2]) + (v[2][1] + v[0][1]);
-        let diagonal = (v[2][2] + v[0][0]) + (v[2][0] + v[0][2]);
-        self.damping_kg_per_s * ((straight + diagonal) - 8.0 * v[1][1])
+        let straight = (v.left + v.right) + (v.up + v.down);
+        let diagonal = (v.rising[0] + v.rising[1]) + (v.falling[0] + v.falling[1]);
+        self.damping_kg_per_s * ((straight + diagonal) - 8.0 * v.here)
     }
 }

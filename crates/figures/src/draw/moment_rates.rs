@@ -48,8 +48,7 @@ impl Figure for MomentRates {
             let label = format!("rupture {}: M_0 = {} N m", course.0.rupture, number(moment(course)));
             layers.push(Pen::nth(index, &label).line(shown.copied().collect()));
         }
-        let label = "moment rate (N m/s)";
-        let y = if self.logarithmic { Scale::free_powers(label) } else { Scale::free(label) };
+        let y = Scale::free("moment rate (N m/s)").in_powers(self.logarithmic);
         Ok(Sheet::single(Scale::free("t − onset (s)"), y, layers))
     }
 }

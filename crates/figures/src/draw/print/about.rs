@@ -1,33 +1,29 @@
 //! The metadata of a figure: in its files, and in a line at its foot.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_record::RunHeader;
 
 use crate::draw::scale::number;
 
-/// Where the runs that a figure shows come from.
+/// Where the runs that a figure shows come from: the values of each fact about them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Origins {
-    scenarios: BTreeSet<String>,
-    parameter_sets: BTreeSet<String>,
-    /// As bits, in seconds.
-    time_steps: BTreeSet<u64>,
-    code_versions: BTreeSet<String>,
-    /// What of that varies from run to run in ways that are not listed.
-    varies: BTreeSet<String>,
-}
+pub struct Origins(BTreeMap<&'static str, BTreeSet<String>>);
+
+/// The facts about runs.
+const SCENARIO: &str = "scenario";
+const PARAMETER_SET: &str = "parameter-set";
+const TIME_STEP: &str = "time-step";
+const VARIES: &str = "varies";
+const CODE_VERSION: &str = "code-version";
 
 impl Origins {
     /// Of a run: its scenario, parameter set, time step in s, and the version of the code that made it.
     pub fn of(scenario: &str, parameter_set: &str, time_step_s: f64, code_version: &str) -> Origins {
-        Origins {
-            scenarios: BTreeSet::from([scenario.to_owned()]),
-            parameter_sets: BTreeSet::from([parameter_set.to_owned()]),
-            time_steps: BTreeSet::from([time_step_s.to_bits()]),
-            code_versions: BTreeSet::from([code_version.to_owned()]),
-            varies: BTreeSet::new(),
-        }
+        let time_step = format!("{time_step_s:e} s");
+        let values = [scenario, parameter_set, &time_step, code_version];
+        let facts = [SCENARIO, PARAMETER_SET, TIME_STEP, CODE_VERSION].into_iter().zip(values);
+        Origins(facts.map(|(fact, value)| (fact, BTreeSet::from([value.to_owned()]))).collect())
     }
 
     /// Of a run with this header.
@@ -38,24 +34,37 @@ impl Origins {
     /// Adds the scenario keys in which the runs differ.
     #[must_use]
     pub fn varying<S: Into<String>>(mut self, keys: impl IntoIterator<Item = S>) -> Origins {
-        self.varies.extend(keys.into_iter().map(Into::into));
-        if self.varies.contains("time.step_s") {
-            self.time_steps.clear();
-        }
-        if self.varies.contains("parameter_set") {
-            self.parameter_sets.clear();
+        for key in keys.into_iter().map(Into::into) {
+            match key.as_str() {
+                "time.step_s" => self.0.remove(TIME_STEP),
+                "parameter_set" => self.0.remove(PARAMETER_SET),
+                _ => None,
+            };
+            self.0.entry(VARIES).or_default().insert(key);
         }
         self
     }
 
     /// Those of both.
     pub(crate) fn add(&mut self, other: &Origins) {
-        self.scenarios.extend(other.scenarios.iter().cloned());
-        self.parameter_sets.extend(other.parameter_sets.iter().cloned());
-        self.time_steps.extend(&other.time_steps);
-        self.code_versions.extend(other.code_versions.iter().cloned());
-        self.varies.extend(other.varies.iter().cloned());
+        for (fact, values) in &other.0 {
+            self.0.entry(fact).or_default().extend(values.iter().cloned());
+        }
     }
+
+    /// The values of a fact, in ascending order.
+    fn values(&self, fact: &str) -> Vec<&str> {
+        let mut values: Vec<&str> = self.0.get(fact).into_iter().flatten().map(String::as_str).collect();
+        if fact == TIME_STEP {
+            values.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
+        }
+        values
+    }
+}
+
+/// A time step as it was written.
+fn seconds(time_step: &str) -> f64 {
+    time_step.trim_end_matches(" s").parse().unwrap_or(f64::NAN)
 }
 
 /// Names of more scenarios than these are counted, at the foot.
@@ -78,42 +87,33 @@ pub(crate) struct About {
 impl About {
     /// What stands in the files beside title and caption, each with its name.
     pub(super) fn facts(&self) -> Vec<(&'static str, String)> {
-        let Origins { scenarios, parameter_sets, time_steps, code_versions, varies } = &self.origins;
-        let steps: Vec<String> =
-            time_steps.iter().map(|bits| format!("{:e} s", f64::from_bits(*bits))).collect();
-        let mut facts = vec![
-            ("software", "Asperity".to_owned()),
-            ("scenario", list(scenarios)),
-            ("parameter-set", list(parameter_sets)),
-            ("time-step", steps.join(", ")),
-            ("varies", list(varies)),
-        ];
-        if self.provenance {
-            facts.push(("code-version", list(code_versions)));
-        }
-        facts.retain(|(_, value)| !value.is_empty());
-        facts
+        let code = self.provenance.then_some(CODE_VERSION);
+        let facts = [SCENARIO, PARAMETER_SET, TIME_STEP, VARIES].into_iter().chain(code);
+        let facts = facts.map(|fact| (fact, self.origins.values(fact).join(", ")));
+        let known = facts.filter(|(_, values)| !values.is_empty());
+        std::iter::once(("software", "Asperity".to_owned())).chain(known).collect()
     }
 
     /// The line at the foot, if it is to have one.
     pub(crate) fn foot(&self) -> Option<String> {
-        let Origins { scenarios, parameter_sets, time_steps, code_versions, varies } = &self.origins;
-        let scenarios = match scenarios.len() {
-            0..=MOST_NAMED => list(scenarios),
-            many => format!("{many} scenarios"),
+        let values = |fact| self.origins.values(fact);
+        let scenarios = match values(SCENARIO) {
+            few if few.len() <= MOST_NAMED => few.join(", "),
+            many => format!("{} scenarios", many.len()),
         };
-        let steps: Vec<String> = time_steps.iter().map(|bits| number(f64::from_bits(*bits))).collect();
+        let steps: Vec<String> = values(TIME_STEP).into_iter().map(|step| number(seconds(step))).collect();
         let steps = match &steps[..] {
             [first, .., last] => format!("{first} to {last}"),
             few => few.concat(),
         };
-        let codes = code_versions.iter().map(|version| version.chars().take(SHORT).collect()).collect();
+        let codes = values(CODE_VERSION).into_iter().map(|version| version.get(..SHORT).unwrap_or(version));
+        let codes: BTreeSet<&str> = codes.collect();
         let said = [
             ("", scenarios, ""),
-            ("", list(parameter_sets), ""),
+            ("", values(PARAMETER_SET).join(", "), ""),
             ("Δt = ", steps, " s"),
-            ("", list(varies), " varied"),
-            ("code ", list(&codes), ""),
+            ("", values(VARIES).join(", "), " varied"),
+            ("code ", codes.into_iter().collect::<Vec<_>>().join(", "), ""),
         ];
         let said = said.into_iter().filter(|(_, what, _)| !what.is_empty());
         let parts: Vec<String> =
@@ -122,10 +122,6 @@ impl About {
         let line = parts.join(" · ").replace('_', "\\_");
         (self.provenance && !line.is_empty()).then_some(line)
     }
-}
-
-fn list(all: &BTreeSet<String>) -> String {
-    all.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

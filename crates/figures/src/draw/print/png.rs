@@ -35,19 +35,11 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
     encode(page, about, &opaque(pixels.data())).map_err(|error| error.to_string())
 }
 
-/// Red, green and blue of pixels on the white ground, which are all opaque. Most runs of pixels are
-/// white, and need no copy.
+/// The colours of pixels that are opaque.
 fn opaque(rgba: &[u8]) -> Vec<u8> {
-    const RUN: usize = 32;
-    const WHITE: [u8; 4 * RUN] = [255; 4 * RUN];
     let mut rgb = vec![255; rgba.len() / 4 * 3];
-    for (pixels, rgb) in rgba.chunks(WHITE.len()).zip(rgb.chunks_mut(3 * RUN)) {
-        if *pixels != WHITE[..pixels.len()] {
-            pixels
-                .chunks_exact(4)
-                .zip(rgb.chunks_exact_mut(3))
-                .for_each(|(from, to)| to.copy_from_slice(&from[..3]));
-        }
+    for (rgb, rgba) in rgb.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
+        rgb.copy_from_slice(&rgba[..3]);
     }
     rgb
 }

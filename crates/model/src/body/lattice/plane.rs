@@ -117,27 +117,33 @@ impl Plane {
             let here = self.row(row);
             let below = if row > 0 { self.row(row - 1) } else { here.clone() };
             let above = if row + 1 < self.rows { self.row(row + 1) } else { here.clone() };
-            let [x, z, v_x, v_z] =
-                [u.0, u.1, v.0, v.1].map(|of| [&of[below.clone()], &of[here.clone()], &of[above.clone()]]);
-            let springs_n = [&mut springs.0[here.clone()], &mut springs.1[here.clone()]];
-            let dashpots_n = [&mut dashpots.0[here.clone()], &mut dashpots.1[here]];
+            let stretch = [u.0, u.1].map(|of| [&of[below.clone()], &of[here.clone()], &of[above.clone()]]);
+            let (x_n, z_n) = (&mut springs.0[here.clone()], &mut springs.1[here.clone()]);
             match (row > 0, row + 1 < self.rows) {
-                (true, true) => self.pull_on_row::<true, true>(springs_n, dashpots_n, [x, z], [v_x, v_z]),
-                (true, false) => self.pull_on_row::<true, false>(springs_n, dashpots_n, [x, z], [v_x, v_z]),
-                (false, _) => self.pull_on_row::<false, true>(springs_n, dashpots_n, [x, z], [v_x, v_z]),
+                (true, true) => self.springs_on_row::<true, true>(x_n, z_n, stretch),
+                (true, false) => self.springs_on_row::<true, false>(x_n, z_n, stretch),
+                (false, _) => self.springs_on_row::<false, true>(x_n, z_n, stretch),
+            }
+            for (force_n, v) in [(&mut *dashpots.0, v.0), (&mut *dashpots.1, v.1)] {
+                let force_n = &mut force_n[here.clone()];
+                let v = [&v[below.clone()], &v[here.clone()], &v[above.clone()]];
+                match (row > 0, row + 1 < self.rows) {
+                    (true, true) => self.dashpots_on_row::<true, true>(force_n, v),
+                    (true, false) => self.dashpots_on_row::<true, false>(force_n, v),
+                    (false, _) => self.dashpots_on_row::<false, true>(force_n, v),
+                }
             }
         }
     }
 
-    /// The pulls on one row, from the rows of displacements and velocities around it. A missing neighbour has no bond:
-    /// it gets the node's own value, so it does not pull.
+    /// The springs of one row, from the rows of `u_x` and `u_z` around it. A missing neighbour has no bond:
+    /// it gets the node's own displacement, so it does not pull.
     #[inline(always)]
-    fn pull_on_row<const BELOW: bool, const ABOVE: bool>(
+    fn springs_on_row<const BELOW: bool, const ABOVE: bool>(
         &self,
-        [x_n, z_n]: [&mut [f64]; 2],
-        dashpots_n: [&mut [f64]; 2],
+        x_n: &mut [f64],
+        z_n: &mut [f64],
         u: [Rows<'_>; 2],
-        v: [Rows<'_>; 2],
     ) {
         let last = x_n.len() - 1;
         for n in [0, last] {
@@ -147,12 +153,6 @@ impl Plane {
         let inner = last - 1;
         let [x, z] = u;
         self.springs_inside::<BELOW, ABOVE>(&mut x_n[1..][..inner], &mut z_n[1..][..inner], x, z);
-        for (force_n, v) in dashpots_n.into_iter().zip(v) {
-            for n in [0, last] {
-                force_n[n] = self.dashpot_force_n(&Around::at_edge::<BELOW, ABOVE>(v, n));
-            }
-            self.dashpots_inside::<BELOW, ABOVE>(&mut force_n[1..last], v);
-        }
     }
 
     /// Inside the row. A separate function, because only the arguments of a function let the compiler
@@ -192,7 +192,17 @@ impl Plane {
         }
     }
 
-    /// Of dashpots along `x` or `z` inside the row, in a separate function for the same reason.
+    /// The dashpots of one row along `x` or `z`, likewise.
+    #[inline(always)]
+    fn dashpots_on_row<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
+        let last = force_n.len() - 1;
+        for n in [0, last] {
+            force_n[n] = self.dashpot_force_n(&Around::at_edge::<BELOW, ABOVE>(v, n));
+        }
+        self.dashpots_inside::<BELOW, ABOVE>(&mut force_n[1..last], v);
+    }
+
+    /// Inside the row; likewise a separate function.
     #[inline(always)]
     fn dashpots_inside<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
         let inner = force_n.len();
@@ -229,7 +239,7 @@ impl Plane {
         (k * straight_x + quarter * (rising + falling), k * straight_z + quarter * (rising - falling))
     }
 
-    /// The pull of dashpots on a node along `x` or `z`, in an order that mirrors as well.
+    /// The pull of dashpots on a node along `x` or `z`, likewise.
     #[inline(always)]
     fn dashpot_force_n(&self, v: &Around) -> f64 {
         let straight = (v.left + v.right) + (v.up + v.down);

@@ -153,9 +153,9 @@ impl JunctionState {
             slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
         };
         let count = plan.blocks * self.kept.count;
-        plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
+        self.carried().fits(count, step)
             && self.kept.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
-            && self.carried().fits(count, step)
+            && plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
     }
 
     /// As the state of a run that begins here.

@@ -65,18 +65,46 @@ type Lines<'a> = [[&'a [f64]; 3]; 3];
 
 const NO_LINES: Lines<'static> = [[&[]; 3]; 3];
 
-/// A piece of a line, and what is around it.
+/// A piece of a line: columns from the first up to the last, which it does not include.
+#[derive(Clone, Copy)]
 struct Piece {
-    nodes: Range<usize>,
-    /// Its columns with those beside it, and where the first of these is in arrays of sums.
+    lane: usize,
+    row: usize,
+    /// The first node of the line.
+    line: usize,
+    first: usize,
+    last: usize,
     columns: usize,
-    place: usize,
+}
+
+impl Piece {
+    /// Its nodes.
+    #[inline(always)]
+    fn nodes(self) -> Range<usize> {
+        self.line + self.first..self.line + self.last
+    }
+
+    /// Its columns with those beside it.
+    #[inline(always)]
+    fn around(self) -> Range<usize> {
+        self.first.saturating_sub(1)..(self.last + 1).min(self.columns)
+    }
+
+    /// Where the first of these is in arrays of sums.
+    #[inline(always)]
+    fn place(self) -> usize {
+        usize::from(self.first == 0)
+    }
+
     /// The ends of the line in it: the places of the end and of what is beyond it in arrays of sums, and the
     /// direction of the bonds that are there; `None` where the line goes on.
-    ends: [Option<(usize, usize, f64)>; 2],
-    /// Where the lines around it begin; beyond all nodes where there is none.
-    starts: [[usize; 3]; 3],
-    bonds: Bonds,
+    #[inline(always)]
+    fn ends(self) -> [Option<(usize, usize, f64)>; 2] {
+        let count = self.last - self.first;
+        let first = if self.first == 0 { Some((1, 0, 1.0)) } else { None };
+        let last = if self.last == self.columns { Some((count, count + 1, -1.0)) } else { None };
+        [first, last]
+    }
 }
 
 /// How many bonds the nodes of a line have besides those along it.
@@ -118,15 +146,15 @@ impl Cube {
         let (nodes, pieces) = (columns * lanes * rows, 0..lanes * rows * columns.div_ceil(PIECE));
         let (mut springs, mut dashpots) = ([NO_PARTS; 3], NO_PARTS);
         for number in pieces.clone() {
-            let piece = self.piece(number);
+            let (piece, starts, bonds) = self.piece(number);
             let mut around = [NO_LINES; 3];
             for axis in 0..3 {
-                around[axis] = lines(&u[axis * nodes..][..nodes], &piece);
+                around[axis] = lines(&u[axis * nodes..][..nodes], &starts, piece.around().len());
             }
-            sum_springs(&mut springs, &around, &piece);
+            sum_springs(&mut springs, &around, piece, &bonds);
             for axis in 0..3 {
                 let Parts { ahead, behind, own: of_column } = &springs[axis];
-                let force_n = &mut springs_n[axis][piece.nodes.clone()];
+                let force_n = &mut springs_n[axis][piece.nodes()];
                 add_parts(force_n, of_column, ahead, behind, 0.5 * self.stiffness_n_per_m);
             }
         }
@@ -134,54 +162,52 @@ impl Cube {
         for axis in 0..3 {
             let (v, force_n) = (&v[axis * nodes..][..nodes], &mut *dashpots_n[axis]);
             for number in pieces.clone() {
-                let piece = self.piece(number);
+                let (piece, starts, bonds) = self.piece(number);
                 let Parts { ahead: beside, own: of_column, .. } = &mut dashpots;
-                sum_dashpots(beside, of_column, &lines(v, &piece), &piece);
-                add_parts(&mut force_n[piece.nodes], of_column, beside, beside, self.damping_kg_per_s);
+                sum_dashpots(beside, of_column, &lines(v, &starts, piece.around().len()), piece, &bonds);
+                add_parts(&mut force_n[piece.nodes()], of_column, beside, beside, self.damping_kg_per_s);
             }
         }
     }
 
-    /// A piece by its number.
+    /// A piece by its number, with where the lines around it begin, and its bonds.
     #[inline(always)]
-    fn piece(&self, number: usize) -> Piece {
-        let [columns, lanes, rows] = self.counts;
+    fn piece(&self, number: usize) -> (Piece, [[usize; 3]; 3], Bonds) {
+        let [columns, lanes, _] = self.counts;
         let of_line = columns.div_ceil(PIECE);
         let (line, first) = (number / of_line, number % of_line * PIECE);
-        let (lane, row, last) = (line % lanes, line / lanes, (first + PIECE).min(columns));
-        let (from, count) = (first.saturating_sub(1), last - first);
+        let (lane, row) = (line % lanes, line / lanes);
+        let last = (first + PIECE).min(columns);
+        let piece = Piece { lane, row, line: line * columns, first, last, columns };
+        (piece, self.around(piece), Bonds::of(lane, row, self.counts))
+    }
+
+    /// Where the lines around a piece begin; beyond all nodes where there is none.
+    #[inline(always)]
+    fn around(&self, piece: Piece) -> [[usize; 3]; 3] {
+        let [columns, lanes, rows] = self.counts;
         let mut starts = [[columns * lanes * rows; 3]; 3];
         for (up, starts) in starts.iter_mut().enumerate() {
             for (across, start) in starts.iter_mut().enumerate() {
                 // A line before the first has a number that wraps to a large one, and so is beyond the last as
                 // well.
-                let (lane, row) = ((lane + across).wrapping_sub(1), (row + up).wrapping_sub(1));
+                let (lane, row) = ((piece.lane + across).wrapping_sub(1), (piece.row + up).wrapping_sub(1));
                 if lane < lanes && row < rows {
-                    *start = (row * lanes + lane) * columns + from;
+                    *start = (row * lanes + lane) * columns + piece.around().start;
                 }
             }
         }
-        Piece {
-            nodes: line * columns + first..line * columns + last,
-            columns: (last + 1).min(columns) - from,
-            place: usize::from(first == 0),
-            ends: [
-                if first == 0 { Some((1, 0, 1.0)) } else { None },
-                if last == columns { Some((count, count + 1, -1.0)) } else { None },
-            ],
-            starts,
-            bonds: Bonds::of(lane, row, self.counts),
-        }
+        starts
     }
 }
 
-/// A quantity on the lines around a piece; zeros where there is none.
+/// A quantity on the lines that begin there; zeros where there is none.
 #[inline(always)]
-fn lines<'a>(of: &'a [f64], piece: &Piece) -> Lines<'a> {
+fn lines<'a>(of: &'a [f64], starts: &[[usize; 3]; 3], count: usize) -> Lines<'a> {
     let mut lines = NO_LINES;
     for up in 0..3 {
         for across in 0..3 {
-            let (start, count) = (piece.starts[up][across], piece.columns);
+            let start = starts[up][across];
             lines[up][across] = if start < of.len() { &of[start..][..count] } else { &ZEROS[..count] };
         }
     }
@@ -202,8 +228,8 @@ fn group<'a, const N: usize>(lines: &Lines<'a>, at: usize) -> Lines<'a> {
 
 /// The parts of the pull of springs along a piece, over `k / 2`.
 #[inline(always)]
-fn sum_springs(parts: &mut [Parts; 3], lines: &[Lines<'_>; 3], piece: &Piece) {
-    let &Piece { columns: count, place, ref bonds, .. } = piece;
+fn sum_springs(parts: &mut [Parts; 3], lines: &[Lines<'_>; 3], piece: Piece, bonds: &Bonds) {
+    let (count, place) = (lines[0][1][1].len(), piece.place());
     if count < GROUP {
         (0..count).for_each(|at| sum_springs_at::<1>(parts, place, lines, at, bonds));
     } else {
@@ -219,7 +245,7 @@ fn sum_springs(parts: &mut [Parts; 3], lines: &[Lines<'_>; 3], piece: &Piece) {
             of_z.own[place + n] -= bonds.twist * y[n];
         }
     }
-    for end in piece.ends {
+    for end in piece.ends() {
         let Some((end, beyond, ahead)) = end else { continue };
         let here = |axis: usize| lines[axis][1][1][end - place];
         let (x, y, z) = (here(0), here(1), here(2));
@@ -282,8 +308,8 @@ fn sum_springs_at<const N: usize>(
 /// The parts of the pull of dashpots along a piece, over `eta`: what pulls at the columns beside it, and in
 /// the same column.
 #[inline(always)]
-fn sum_dashpots(beside: &mut Sums, own: &mut Sums, lines: &Lines<'_>, piece: &Piece) {
-    let &Piece { columns: count, place, ref bonds, .. } = piece;
+fn sum_dashpots(beside: &mut Sums, own: &mut Sums, lines: &Lines<'_>, piece: Piece, bonds: &Bonds) {
+    let (count, place) = (lines[1][1].len(), piece.place());
     if count < GROUP {
         (0..count).for_each(|at| sum_dashpots_at::<1>(beside, own, place, lines, at, bonds));
     } else {
@@ -291,7 +317,7 @@ fn sum_dashpots(beside: &mut Sums, own: &mut Sums, lines: &Lines<'_>, piece: &Pi
             sum_dashpots_at::<GROUP>(beside, own, place, lines, from.min(count - GROUP), bonds);
         }
     }
-    for end in piece.ends {
+    for end in piece.ends() {
         let Some((end, beyond, _)) = end else { continue };
         beside[beyond] = 0.0;
         own[end] += (1.0 + (bonds.across + bonds.up)) * lines[1][1][end - place];

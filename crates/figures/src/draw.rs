@@ -249,7 +249,7 @@ pub struct Gathering<'a> {
     captions: Mutex<BTreeMap<String, Caption>>,
 }
 
-/// What a page says of a figure.
+/// What pages and its own files say of a figure.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Caption {
     /// A short name: what figures of its kind show, and what it is titled.
@@ -302,9 +302,9 @@ impl<'a> Gathering<'a> {
             };
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts.into_iter().flatten().collect()).map_err(failed)?;
-                let (page, about, shown) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
+                let (page, about) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
                 let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                captions.insert(figure.frame().file.to_owned(), shown);
+                captions.insert(figure.frame().file.to_owned(), about.words.clone());
                 drop(captions);
                 print::write(&page, &about, files, &files_of(&self.folder.join(figure.frame().file)))?;
                 count += 1;
@@ -319,19 +319,15 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// A sheet as a page, what its files say of it, and what a page does.
-type Drawn = (Page, About, Caption);
-
-fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Result<Drawn, String> {
-    let (short, title, caption) = words(what, sheet);
-    let shown = Caption { title: short, caption: caption.clone() };
-    let about = About { title, caption, origins, provenance };
+/// A sheet as a page, and what its files say of it.
+fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Result<(Page, About), String> {
+    let about = About { words: words(what, sheet), origins, provenance };
     let page = sheet.page(about.foot().as_deref())?;
-    Ok((page, about, shown))
+    Ok((page, about))
 }
 
-/// Short name, title and caption of a sheet, given what figures of its kind show.
-fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
+/// What is said of a sheet, given what figures of its kind show.
+fn words(what: &str, sheet: &Sheet) -> Caption {
     let what = spelled(what).trim_end_matches('.').to_owned();
     let of_panels = || sheet.all_panels().map(|panel| panel.title.clone());
     let titles = each_once(sheet.all().iter().map(|sheet| sheet.title.clone()).chain(of_panels()));
@@ -343,11 +339,9 @@ fn words(what: &str, sheet: &Sheet) -> (String, String, String) {
     caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
     let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
-    let titled = |what: &str| match &titles[..] {
-        [title] => format!("{what}: {title}"),
-        _ => what.to_owned(),
-    };
-    (titled(first_clause(&what)), titled(&what), caption.join(". ") + ".")
+    let name = first_clause(&what);
+    let title = if let [title] = &titles[..] { format!("{name}: {title}") } else { name.to_owned() };
+    Caption { title, caption: caption.join(". ") + "." }
 }
 
 /// What words say before they go into detail.

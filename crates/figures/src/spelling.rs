@@ -1,5 +1,7 @@
 //! Doc comments as words on a page: code in them is how the sources write symbols.
 
+use asperity_record::GREEK;
+
 /// Symbols in doc comments, as these write them.
 const SYMBOLS: &str = "F_T / F_N, L_p / L, L_p = L, mu_s / mu_d, mu_d, mu_s, mu_s F_N, mu_d F_N, mu_s p_n, mu_d p_n, \
                        f_0 F_N, f_0 p_n, tau / p, tau_n / p_n, tau_n, tau, 2 tau / gamma, alpha, \
@@ -13,10 +15,8 @@ pub fn spelled(text: &str) -> String {
         line = line.replace(link, "the [load in time](model.md#the-load-in-time)");
     }
     for symbol in SYMBOLS.split(", ") {
-        let printed =
-            [(" / ", "/"), ("2 tau", "2τ"), ("alpha", "α"), ("gamma", "γ"), ("mu", "μ"), ("tau", "τ")]
-                .iter()
-                .fold(symbol.to_owned(), |printed, (written, letter)| printed.replace(written, letter));
+        let close = symbol.replace(" / ", "/").replace("2 tau", "2τ");
+        let printed = GREEK.iter().fold(close, |printed, (word, letter)| printed.replace(word, letter));
         line = line.replace(&format!("`{symbol}`"), &printed);
     }
     line

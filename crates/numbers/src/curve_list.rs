@@ -111,7 +111,7 @@ fn ringing(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
     Ok(vec![
         Curve::new(Role::Theory, "", all.iter().map(|&(phase, _, theory)| (phase, theory)).collect()),
         Curve::new(Role::Marked(all.len().div_ceil(MARKS).max(1)), "", measured),
-        Curve::remark("marks: simulated, lines: eq. (5.28)"),
+        Curve::remark("marks: simulated, lines: theory"),
     ])
 }
 
@@ -176,7 +176,7 @@ fn initial_shear(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
         (true, None) => (Curve::new(Role::Measured, "", shear.clone()), "at rest, means of columns"),
         (false, _) => {
             let asked = Curve::new(Role::Theory, "", vec![(0.0, -beta), (1.0, beta)]);
-            (asked, "marks: set up, lines: eq. (5.50)")
+            (asked, "marks: set up, lines: the profile asked for")
         }
     };
     Ok(vec![line, Curve::new(Role::Marked(MARKED), "", shear), Curve::remark(remark)])

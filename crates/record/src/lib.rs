@@ -79,7 +79,7 @@ pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
 pub use time::{MOST_STEPS, TimeGrid};
-pub use wording::{counted, rounded, short, short_time};
+pub use wording::{GREEK, counted, greek, rounded, short, short_time};
 
 /// The most blocks that a scenario, and so a run log, may have.
 pub const MOST_BLOCKS: u64 = 100_000;

@@ -32,6 +32,28 @@ pub fn short_time(time_s: f64) -> String {
     rounded(time_s, TIME_DIGITS).to_string()
 }
 
+/// Greek letters by the words that symbols are declared with, a word before those that it holds.
+pub const GREEK: [(&str, &str); 13] = [
+    ("alpha", "α"),
+    ("gamma", "γ"),
+    ("kappa", "κ"),
+    ("lambda", "λ"),
+    ("theta", "θ"),
+    ("beta", "β"),
+    ("eta", "η"),
+    ("tau", "τ"),
+    ("rho", "ρ"),
+    ("mu", "μ"),
+    ("nu", "ν"),
+    ("pi", "π"),
+    ("dt", "Δt"),
+];
+
+/// The letter of a whole word; none if it names none.
+pub fn greek(word: &str) -> Option<&'static str> {
+    GREEK.iter().find(|(name, _)| *name == word).map(|(_, letter)| *letter)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{counted, rounded, short, short_time};

@@ -1,28 +1,8 @@
 //! Symbols and numbers as they are printed.
 
+use asperity_record::{GREEK, greek};
+
 use crate::html::markup::text;
-
-/// Names of Greek letters in symbols, and the letters. A name that contains another one comes before it.
-const GREEK: [(&str, &str); 13] = [
-    ("alpha", "α"),
-    ("gamma", "γ"),
-    ("kappa", "κ"),
-    ("lambda", "λ"),
-    ("theta", "θ"),
-    ("beta", "β"),
-    ("eta", "η"),
-    ("tau", "τ"),
-    ("rho", "ρ"),
-    ("mu", "μ"),
-    ("nu", "ν"),
-    ("pi", "π"),
-    ("dt", "Δt"),
-];
-
-/// The Greek letter of that name.
-fn greek(name: &str) -> Option<&'static str> {
-    GREEK.iter().find(|(word, _)| *word == name).map(|(_, letter)| *letter)
-}
 
 /// A symbol of the key table as HTML: `mu_s` as the letter with its subscript.
 pub(crate) fn symbol(written: &str) -> String {

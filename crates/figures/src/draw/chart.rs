@@ -118,7 +118,7 @@ impl Sheet {
                 size: FOOT_TEXT,
                 align: HPos::Left,
                 colour: FOOT_GREY,
-                role: Role::Foot,
+                role: Role::FOOT,
                 ..Label::of(text)
             };
             let label = label.at_most(f64::from(page.width) - left - RIGHT);
@@ -297,7 +297,7 @@ impl Sheet {
             }
         }
         for y in [table, table + TABLE_ROW * rows as f64] {
-            page.line(Role::Frame, &[(MARGIN, y), (A4.0 - MARGIN, y)], Dash::Solid, INK, 2.0);
+            page.line(Role::FRAME, &[(MARGIN, y), (A4.0 - MARGIN, y)], Dash::Solid, INK, 2.0);
         }
         Ok(page)
     }
@@ -352,7 +352,7 @@ fn axes(chart: &mut Chart<'_, '_>, frame: &Frame, [x, y]: [&str; 2]) -> Result<(
 impl Page {
     fn frame(&mut self, frame: &Frame) {
         let [a, b, c, d] = frame.corners();
-        self.line(Role::Frame, &[a, b, c, d, a], Dash::Solid, INK, FRAME_WIDTH);
+        self.line(Role::FRAME, &[a, b, c, d, a], Dash::Solid, INK, FRAME_WIDTH);
     }
 
     /// Draws cells as one picture.
@@ -361,7 +361,7 @@ impl Page {
             let ((left, top), (width, height)) = (raster.corner(), raster.size());
             let (right, bottom) = (left + f64::from(width), top + f64::from(height));
             let path = around(&Frame { left, top, right, bottom }.corners());
-            self.add(Item::new(Role::Data, path, Paint::Raster(raster)));
+            self.add(Item::new(Role::DATA, path, Paint::Raster(raster)));
         }
     }
 }
@@ -460,7 +460,7 @@ impl Panel {
         text::put(page, Label::of(&self.title).at_most(longest), (frame.middle(), frame.top - TITLE / 2.0));
         if self.is_empty() {
             let label =
-                Label { size: TICK_TEXT, colour: GREY, role: Role::Legend, ..Label::of("nothing to draw") };
+                Label { size: TICK_TEXT, colour: GREY, role: Role::LEGEND, ..Label::of("nothing to draw") };
             text::put(page, label, (frame.middle(), (frame.top + frame.bottom) / 2.0));
         }
         Ok(())
@@ -483,12 +483,12 @@ impl Panel {
                 for stretch in points.split(|point| !has_place(point)) {
                     let places: Vec<Point> = stretch.iter().map(at).collect();
                     for path in clipped(&thinned(&places), low, high) {
-                        page.line(Role::Data, &path, *dash, colour, LINE_WIDTH);
+                        page.line(Role::DATA, &path, *dash, colour, LINE_WIDTH);
                     }
                 }
             }
             Shape::Marks(points, marker) => {
-                inside(points).into_iter().for_each(|place| page.mark(Role::Data, place, *marker, colour));
+                inside(points).into_iter().for_each(|place| page.mark(Role::DATA, place, *marker, colour));
             }
             Shape::Discs(points, radius) => {
                 let mut discs = Vec::new();
@@ -500,20 +500,20 @@ impl Panel {
                         discs.extend(circle(last, *radius));
                     }
                 }
-                page.fill(Role::Data, discs, colour, 1.0);
+                page.fill(Role::DATA, discs, colour, 1.0);
             }
             Shape::Stems(points) => {
                 let foot = self.y.ends().0.max(0.0);
                 for point in points.iter().filter(|point| self.is_inside(point)) {
                     let stem = [at(&(point.0, foot)), at(point)];
-                    page.line(Role::Data, &stem, Dash::Solid, colour, LINE_WIDTH / 2.0);
+                    page.line(Role::DATA, &stem, Dash::Solid, colour, LINE_WIDTH / 2.0);
                 }
             }
             Shape::Surface(outline, strength) => {
                 // Surfaces meet without a seam where their corners are pixels.
                 let corner = |(x, y): Point| (x.clamp(low.0, high.0).round(), y.clamp(low.1, high.1).round());
                 let corners = outline.iter().filter(|point| has_place(point)).map(at).map(corner);
-                page.fill(Role::Data, around(&corners.collect::<Vec<_>>()), colour, *strength);
+                page.fill(Role::DATA, around(&corners.collect::<Vec<_>>()), colour, *strength);
             }
             Shape::Cells(cells) => {
                 let shown = cells.iter().filter(|(corners, _)| corners.iter().all(|at| self.is_inside(at)));

@@ -65,7 +65,7 @@ impl Page {
     pub(super) fn contours(&mut self, paths: &[Vec<Point>]) {
         for (color, width) in EDGED {
             for path in paths {
-                self.line(Role::Data, path, Dash::Solid, color, width);
+                self.line(Role::DATA, path, Dash::Solid, color, width);
             }
         }
     }
@@ -87,8 +87,8 @@ impl Page {
             let at =
                 |along: f64, aside: f64| (from.0 + x * along - y * aside, from.1 + y * along + x * aside);
             let shaft = [at(-edge, 0.0), at(length - head / 2.0, 0.0)];
-            self.line(Role::Data, &shaft, Dash::Solid, color, width);
-            self.fill(Role::Data, around(&[at(tip, 0.0), at(foot, half), at(foot, -half)]), color, 1.0);
+            self.line(Role::DATA, &shaft, Dash::Solid, color, width);
+            self.fill(Role::DATA, around(&[at(tip, 0.0), at(foot, half), at(foot, -half)]), color, 1.0);
         }
     }
 }

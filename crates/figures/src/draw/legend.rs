@@ -72,7 +72,7 @@ impl Row {
         let (left_side, right_side) = (middle.0 - SAMPLE / 4.0, middle.0 + SAMPLE / 4.0);
         let square = Frame { left: left_side, top: y - 22.0, right: right_side, bottom: y + 22.0 };
         for (sample, colour) in &self.samples {
-            let role = Role::Sample;
+            let role = Role::SAMPLE;
             match sample {
                 Sample::Line(dash, width) => page.line(role, &[(left, y), (to, y)], *dash, *colour, *width),
                 Sample::Mark(marker) => page.mark(role, middle, *marker, *colour),
@@ -86,7 +86,7 @@ impl Row {
             }
         }
         let label =
-            Label { size: TICK_TEXT, align: HPos::Left, role: Role::Legend, ..Label::of(&self.label) };
+            Label { size: TICK_TEXT, align: HPos::Left, role: Role::LEGEND, ..Label::of(&self.label) };
         text::put(page, label.at_most(longest - self.indent()), (left + self.indent(), y));
     }
 }
@@ -188,7 +188,7 @@ impl Legend {
 
 /// Whether data among the items of a page from one on are between two places.
 fn is_hidden(page: &Page, from: usize, low: Point, high: Point) -> bool {
-    page.items[from..].iter().filter(|item| item.role == Role::Data).any(|item| {
+    page.items[from..].iter().filter(|item| item.role == Role::DATA).any(|item| {
         // Each outline begins with a move.
         let outlines = item.path.chunk_by(|_, next| !matches!(next, Segment::Move(_)));
         outlines.into_iter().any(|outline| match &item.paint {

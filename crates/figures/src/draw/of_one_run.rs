@@ -16,8 +16,10 @@ use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
 use super::print;
+use super::print::about::About;
+use super::print::page::Page;
 use super::sheet::{Panel, Sheet};
-use super::{Drawn, FigureError, Figures, Origins, drawn};
+use super::{FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
@@ -97,7 +99,7 @@ impl Kind {
     /// # Errors
     /// In words, with the key, the value and what is accepted.
     pub fn check(self, set: &[String]) -> Result<(), String> {
-        let any = About { blocks: 100, columns: 100, duration_s: 1.0, law: None };
+        let any = Extent { blocks: 100, columns: 100, duration_s: 1.0, law: None };
         self.figures("run", &any, set).map(drop)
     }
 
@@ -112,7 +114,7 @@ impl Kind {
         scenario: &Scenario,
         set: &[String],
     ) -> Result<OneFigure, String> {
-        let about = About {
+        let about = Extent {
             blocks: header.blocks,
             columns: header.contacts().columns(),
             duration_s: header.time_grid().time_s(header.steps),
@@ -121,7 +123,7 @@ impl Kind {
         Ok(OneFigure { kind: self, figures: self.figures(run, &about, set)?, may_be_empty: false })
     }
 
-    fn figures(self, run: &str, about: &About, set: &[String]) -> Result<Figures, String> {
+    fn figures(self, run: &str, about: &Extent, set: &[String]) -> Result<Figures, String> {
         let mut keys = about.usual(self.name);
         // In labels an underscore sets a subscript.
         let label = run.replace('_', "\\_");
@@ -170,7 +172,7 @@ impl Kind {
 }
 
 /// What keys follow from where nobody gives them.
-struct About {
+struct Extent {
     /// Blocks; over an area contacts, and how many of them are in a row.
     blocks: u32,
     columns: u32,
@@ -179,10 +181,10 @@ struct About {
     law: Option<LengthLaw>,
 }
 
-impl About {
+impl Extent {
     /// Keys that pipelines must give, and `draw` need not.
     fn usual(&self, kind: &str) -> Map<String, Value> {
-        let About { blocks, columns, duration_s, law } = self;
+        let Extent { blocks, columns, duration_s, law } = self;
         let keys = match kind {
             "load" => json!({ "sliding": true }),
             "lengths" => law.map_or_else(|| json!({}), |law| json!({ "law": law })),
@@ -271,7 +273,7 @@ impl OneFigure {
         files: &FileSet,
         target: &Target,
     ) -> Result<(), FigureError> {
-        let (page, about, _) = self.drawn(run, provenance)?;
+        let (page, about) = self.drawn(run, provenance)?;
         print::write(&page, &about, files, &target.files(self.kind))
     }
 
@@ -280,11 +282,11 @@ impl OneFigure {
     /// # Errors
     /// If the run has not what it shows.
     pub fn svg(&self, run: &RunData, provenance: bool) -> Result<Vec<u8>, FigureError> {
-        let (page, about, _) = self.drawn(run, provenance)?;
+        let (page, about) = self.drawn(run, provenance)?;
         print::bytes(&page, &about, "svg").map_err(|problem| self.failed(problem))
     }
 
-    fn drawn(&self, run: &RunData, provenance: bool) -> Result<Drawn, FigureError> {
+    fn drawn(&self, run: &RunData, provenance: bool) -> Result<(Page, About), FigureError> {
         let drawn = self
             .sheet(run)
             .and_then(|(what, sheet)| drawn(what, &sheet, Origins::of_run(&run.header), provenance));
@@ -299,33 +301,11 @@ impl OneFigure {
     fn sheet(&self, run: &RunData) -> Result<(&'static str, Sheet), String> {
         let (what, figure) = self.figures.all()[0];
         let parts = figure.runs().into_iter().map(|(_, pen)| figure.part(run, pen));
-        let mut sheet = figure.sheet(parts.collect::<Result<_, _>>()?)?;
+        let sheet = figure.sheet(parts.collect::<Result<_, _>>()?)?;
         if !self.may_be_empty && sheet.all_panels().all(Panel::is_empty) {
             return Err(format!("run {} has nothing that figures of this kind show", run.name));
         }
-        sheet
-            .panels
-            .iter_mut()
-            .flat_map(|panel| &mut panel.layers)
-            .for_each(|layer| in_words(&mut layer.label));
         Ok((what, sheet))
-    }
-}
-
-/// Puts words in the place of the numbers of the thesis' equations.
-fn in_words(text: &mut String) {
-    const EQUATIONS: [(&str, &str); 6] = [
-        ("eq. (5.22)", "theory of a tilted load"),
-        ("eq. (5.28)", "theory"),
-        ("eq. (5.45)", "continuum"),
-        ("eq. (5.50)", "the profile asked for"),
-        ("eq. (5.52)", "theory with initial shear"),
-        ("eq. (5.57)", "F_T/F_N = μ_d L_p/L"),
-    ];
-    for (number, words) in EQUATIONS {
-        if text.contains(number) {
-            *text = text.replace(number, words);
-        }
     }
 }
 
@@ -335,7 +315,7 @@ mod tests {
 
     use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL, USUAL_OVER_AREA};
     use crate::draw::tests::first_day::runs;
-    use crate::draw::words;
+    use crate::draw::{Caption, words};
 
     #[test]
     fn every_kind_has_keys_that_draw_it() {
@@ -390,7 +370,7 @@ mod tests {
                 };
                 let run = asperity_numbers::run_data::RunData { kept: figure.required_data(), ..run.clone() };
                 if let Ok((what, sheet)) = figure.sheet(&run) {
-                    let (_, title, caption) = words(what, &sheet);
+                    let Caption { title, caption } = words(what, &sheet);
                     captions.insert((kind.name, format!("{title}: {caption}")));
                 }
             }

@@ -81,7 +81,7 @@ impl Drawer {
             let Figure { title, width_mm, measured, .. } = &gathered.figure;
             let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
             let sheet = sheet.with_measured(measured.as_ref());
-            let (page, about, _) =
+            let (page, about) =
                 drawn(&what(gathered), &sheet, origins.clone(), provenance).map_err(failed)?;
             let written = files_of(&folder.join(file));
             print::write(&page, &about, files, &written)?;
@@ -113,7 +113,7 @@ mod tests {
     use super::{Drawer, curves, map, what};
     use crate::draw::scale::Scale;
     use crate::draw::sheet::{Marker, Shape, Sheet};
-    use crate::draw::words;
+    use crate::draw::{Caption, words};
 
     /// What is gathered for one figure of a sweep of tilts and stiffnesses.
     fn gathered(figure: &str) -> Drawer {
@@ -234,7 +234,7 @@ mod tests {
             run(&mut gathered, 9, (0.0, 2.0), "done", Some(0.0));
             let Kind::PhaseMap { statistic, .. } = gathered.figures[0].figure.kind else { panic!("a map") };
             let sheet = map::sheet(&gathered.figures[0], statistic, false).unwrap();
-            let (.., caption) = words(&what(&gathered.figures[0]), &sheet);
+            let Caption { caption, .. } = words(&what(&gathered.figures[0]), &sheet);
             assert!(
                 caption.contains(&format!("; {} of 1 to 3 runs per cell.", statistic.word())),
                 "{caption}"

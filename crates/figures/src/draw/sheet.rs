@@ -252,7 +252,7 @@ impl Sheet {
         Sheet { layout: Layout::Stacked, ..Sheet::of(vec![upper, lower]) }
     }
 
-    /// It with a remark below the legend of its first panel, as in "lines: eq. (5.22)".
+    /// It with a remark below the legend of its first panel, as in "lines: theory".
     pub(super) fn noted(mut self, note: &str) -> Sheet {
         self.panels[0].layers.extend((!note.is_empty()).then(|| Layer::remark(note)));
         self

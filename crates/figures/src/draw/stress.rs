@@ -187,7 +187,7 @@ impl Figure for Onset {
         if run.plan.has_decay() {
             let (at_m, length_m) = (|n: f64| (n - 1.0) * run.plan.spacing_m, run.plan.screening_length_m());
             let continuous = |n: f64| analytic::stuck_tangential_force(first, 0.0, at_m(n), length_m);
-            layers.push(line("eq. (5.45)", &continuous, Dash::Dashed, BLUE));
+            layers.push(line("continuum", &continuous, Dash::Dashed, BLUE));
             let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
             layers.push(line("discrete chain", &|n| first * decay.powf(n - 1.0), Dash::Solid, RED));
         }
@@ -311,7 +311,7 @@ mod tests_of_onsets {
 
     #[test]
     fn theory_is_drawn_of_even_springs_alone() {
-        assert_eq!(labels(""), ["eq. (5.45)", "discrete chain", "simulated"]);
+        assert_eq!(labels(""), ["continuum", "discrete chain", "simulated"]);
         assert_eq!(labels("disorder.stiffness_offsets = [0, 0.5, 0]"), ["simulated"]);
         assert_eq!(labels("friction.law = \"rigid\""), ["simulated"]);
     }

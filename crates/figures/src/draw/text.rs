@@ -52,7 +52,7 @@ impl<'a> Label<'a> {
     /// Words in black from left to right, about their position.
     pub(super) fn of(text: &'a str) -> Label<'a> {
         let (size, align) = (LABEL_TEXT, HPos::Center);
-        Label { text, size, align, upward: false, colour: BLACK, role: Role::Label }
+        Label { text, size, align, upward: false, colour: BLACK, role: Role::LABEL }
     }
 
     /// Smaller, if it would be longer than this.
@@ -68,12 +68,12 @@ pub(super) fn put(page: &mut Page, label: Label<'_>, (x, y): Point) {
     let Some(((left, top), (right, bottom))) = bounds(&path) else { return };
     let along = match (label.align, label.role) {
         (HPos::Left, _) => 0.0,
-        (HPos::Center, Role::NumberAcross) => -(left + right) / 2.0,
+        (HPos::Center, Role::NUMBER_ACROSS) => -(left + right) / 2.0,
         (HPos::Center, _) => -width / 2.0,
         (HPos::Right, _) => -right,
     };
     let down = match label.role {
-        Role::NumberUpwards => -(top + bottom) / 2.0,
+        Role::NUMBER_UPWARDS => -(top + bottom) / 2.0,
         _ => CAPITAL / 2.0 * label.size,
     };
     let place = |(px, py): Point| {

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use asperity_model::scenario::keys::{KEYS, Kind as KeyKind};
 use asperity_model::{among, suggestion};
 use asperity_numbers::Number;
-use asperity_record::{Cell, unit_of};
+use asperity_record::{Cell, greek, unit_of};
 
 use super::axes::{Axis, Key, read_place};
 use super::figure::{Figure, Kind, OF_THEORY, Quantity};
@@ -300,25 +300,15 @@ fn key_label(path: &str) -> String {
         let bare = end.as_deref().and_then(|end| path.strip_suffix(end)).unwrap_or(path);
         return with_unit(&bare.replace(['_', '.'], " "), unit);
     }
-    with_unit(&greek(symbol), unit)
+    with_unit(&typeset(symbol), unit)
 }
 
 /// A symbol of the keys with Greek letters, and without spaces about its strokes.
-fn greek(symbol: &str) -> String {
-    const LETTERS: [(&str, &str); 8] = [
-        ("theta", "θ"),
-        ("lambda", "λ"),
-        ("beta", "β"),
-        ("mu", "μ"),
-        ("nu", "ν"),
-        ("eta", "η"),
-        ("tau", "τ"),
-        ("dt", "Δt"),
-    ];
+fn typeset(symbol: &str) -> String {
     let word = |word: &str| {
         let (stem, rest) =
             word.split_once('_').map_or((word, String::new()), |(stem, rest)| (stem, format!("_{{{rest}}}")));
-        let letter = LETTERS.iter().find(|(name, _)| *name == stem).map_or(stem, |(_, letter)| letter);
+        let letter = greek(stem).unwrap_or(stem);
         format!("{letter}{rest}")
     };
     let words: Vec<String> = symbol.split(' ').map(word).collect();

@@ -101,11 +101,13 @@ impl LengthLaw {
     }
 
     /// The label in legends.
-    pub fn label(self) -> String {
+    pub fn label(self) -> &'static str {
         match self {
-            LengthLaw::Balance => "quasi-static balance".to_owned(),
-            LengthLaw::Screened => "with the shear ahead of the front".to_owned(),
-            _ => format!("eq. ({})", self.equation()),
+            LengthLaw::Tilted => "theory of a tilted load",
+            LengthLaw::InitialShear => "theory with initial shear",
+            LengthLaw::Linear => "F_T/F_N = μ_d L_p/L",
+            LengthLaw::Balance => "quasi-static balance",
+            LengthLaw::Screened => "with the shear ahead of the front",
         }
     }
 

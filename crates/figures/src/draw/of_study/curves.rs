@@ -212,7 +212,7 @@ pub(super) fn lengths(
     let dash = if figure.is_spread { Dash::Dashed } else { Dash::Solid };
     let mut drawing = Drawing::of(gathered, figure.is_spread, !figure.is_spread);
     let mut largest: f64 = 0.0;
-    let mut labels: Vec<String> = Vec::new();
+    let mut labels = Vec::new();
     let mut is_tangled = false;
     for (group, runs) in by_group(gathered.samples.iter().filter(|sample| sample.done)) {
         let ([_, lines, ..], (_, color)) = drawing.of_group(group);
@@ -271,7 +271,7 @@ pub(super) fn lengths(
         on_top.push(marks(points.collect(), 4 * MOST_MARKS, look));
     }
     let label = match &labels[..] {
-        [only] => only.as_str(),
+        [only] => only,
         _ => "length law",
     };
     let simulated = || Layer::marks("simulated", Vec::new(), Marker::Circle, GREY);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_record::RunHeader;
 
+use crate::draw::Caption;
 use crate::draw::scale::number;
 
 /// Where the runs that a figure shows come from: the values of each fact about them.
@@ -76,9 +77,7 @@ const SHORT: usize = 12;
 /// The metadata of a figure.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct About {
-    pub(crate) title: String,
-    /// What it shows, in words.
-    pub(crate) caption: String,
+    pub(crate) words: Caption,
     pub(crate) origins: Origins,
     /// Whether it names the code, and bears a line at its foot.
     pub(crate) provenance: bool,

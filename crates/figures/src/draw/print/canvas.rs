@@ -59,7 +59,7 @@ impl DrawingBackend for Canvas<'_> {
         let width = f64::from(style.stroke_width()) / UNIT;
         let paint = Paint::Stroke { colour: RGBAColor(r, g, b, alpha), width, dashes: Vec::new() };
         let path = through(&path.into_iter().map(place).collect::<Vec<_>>());
-        let item = Item::new(Role::Tick, path, paint);
+        let item = Item::new(Role::TICK, path, paint);
         // Axes are drawn with each of the two kinds of their marks.
         if !self.0.items.contains(&item) {
             self.0.add(item);

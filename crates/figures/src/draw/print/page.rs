@@ -44,47 +44,32 @@ pub(crate) enum Paint {
 
 /// What a path is on its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// What is shown.
-    Data,
-    /// The frame of a panel, or of a colour bar.
-    Frame,
-    /// A mark on an axis.
-    Tick,
-    /// The number beside a mark of the axis across.
-    NumberAcross,
-    /// The number beside a mark of the axis upwards.
-    NumberUpwards,
-    /// A title, or what an axis is called.
-    Label,
-    /// A sample in a legend.
-    Sample,
-    /// Words in a legend.
-    Legend,
-    /// The line at the foot.
-    Foot,
-}
+pub(crate) struct Role(pub(crate) &'static str);
 
 impl Role {
+    /// What is shown.
+    pub(crate) const DATA: Role = Role("data");
+    /// The frame of a panel, or of a colour bar.
+    pub(crate) const FRAME: Role = Role("frame");
+    /// A mark on an axis.
+    pub(crate) const TICK: Role = Role("tick");
+    /// The number beside a mark of the axis across.
+    pub(crate) const NUMBER_ACROSS: Role = Role("number-across");
+    /// The number beside a mark of the axis upwards.
+    pub(crate) const NUMBER_UPWARDS: Role = Role("number-upwards");
+    /// A title, or what an axis is called.
+    pub(crate) const LABEL: Role = Role("label");
+    /// A sample in a legend.
+    pub(crate) const SAMPLE: Role = Role("sample");
+    /// Words in a legend.
+    pub(crate) const LEGEND: Role = Role("legend");
+    /// The line at the foot.
+    pub(crate) const FOOT: Role = Role("foot");
+
     /// The role of this name among those of words that charts draw: numbers beside marks, or else labels.
     pub(crate) fn named(word: &str) -> Role {
-        let beside_axes = [Role::NumberAcross, Role::NumberUpwards];
-        beside_axes.into_iter().find(|role| role.word() == word).unwrap_or(Role::Label)
-    }
-
-    /// Its name in the SVG.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Role::Data => "data",
-            Role::Frame => "frame",
-            Role::Tick => "tick",
-            Role::NumberAcross => "number-across",
-            Role::NumberUpwards => "number-upwards",
-            Role::Label => "label",
-            Role::Sample => "sample",
-            Role::Legend => "legend",
-            Role::Foot => "foot",
-        }
+        let beside_axes = [Role::NUMBER_ACROSS, Role::NUMBER_UPWARDS];
+        beside_axes.into_iter().find(|role| role.0 == word).unwrap_or(Role::LABEL)
     }
 }
 
@@ -225,7 +210,7 @@ mod tests {
     fn pages_keep_hundredths_and_leave_nothing_out_but_nothing() {
         let mut page = Page::new(10, 30);
         assert_eq!((page.width, page.height), (25, 50));
-        let item = |path| Item::new(Role::Data, path, Paint::Fill(BLACK.to_rgba()));
+        let item = |path| Item::new(Role::DATA, path, Paint::Fill(BLACK.to_rgba()));
         page.add(item(around(&[(0.123_456, 1.0), (2.0, 3.0)])));
         page.add(item(vec![Segment::Move((1.0, 1.0))]));
         assert_eq!(page.items.len(), 1);

@@ -61,8 +61,8 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     let facts: Vec<String> =
         about.facts().into_iter().map(|(word, value)| format!("{word}: {value}")).collect();
     pdf.document_info(info)
-        .title(TextStr(&about.title))
-        .subject(TextStr(&about.caption))
+        .title(TextStr(&about.words.title))
+        .subject(TextStr(&about.words.caption))
         .keywords(TextStr(&facts.join("; ")))
         .creator(TextStr("Asperity"));
     pdf.finish()

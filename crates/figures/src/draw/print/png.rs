@@ -77,7 +77,7 @@ fn encode(page: &Page, about: &About, rgb: &[u8]) -> Result<Vec<u8>, png::Encodi
     let mut encoder = packed(&mut bytes, page.width, page.height, ColorType::Rgb);
     let per_metre = (PER_INCH / 0.0254).round() as u32;
     encoder.set_pixel_dims(Some(PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }));
-    let texts = [("Title", about.title.clone()), ("Description", about.caption.clone())];
+    let texts = [("Title", about.words.title.clone()), ("Description", about.words.caption.clone())];
     let facts = about.facts().into_iter().map(|(word, value)| (keyword(word), value));
     for (word, text) in texts.map(|(word, text)| (word.to_owned(), text)).into_iter().chain(facts) {
         // Only Latin-1 has a place in a text chunk of the older kind.
@@ -143,7 +143,7 @@ mod tests {
         let end = |side: f64| (200.0 + side * 150.0 * cosine, 200.0 + side * 150.0 * sine);
         let paint = Paint::Stroke { colour: BLACK.to_rgba(), width: drawn, dashes: Vec::new() };
         let path = through(&[end(-1.0), end(1.0)]);
-        page.add(Item::new(Role::Data, path, paint));
+        page.add(Item::new(Role::DATA, path, paint));
         let png = bytes(&page, &About::default()).unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

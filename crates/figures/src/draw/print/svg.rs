@@ -17,8 +17,8 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
          <metadata>\n<figure xmlns=\"urn:asperity:figure\">\n",
         points(width),
         points(height),
-        escaped(&about.title),
-        escaped(&about.caption),
+        escaped(&about.words.title),
+        escaped(&about.words.caption),
     );
     for (word, value) in about.facts() {
         text += &format!("<{word}>{}</{word}>\n", escaped(&value));
@@ -34,7 +34,7 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
 
 /// A path or a picture.
 fn element(item: &Item) -> Result<String, String> {
-    let class = item.role.word();
+    let class = item.role.0;
     let painted = match &item.paint {
         Paint::Raster(raster) => {
             let ((x, y), (width, height)) = (raster.corner(), raster.size());

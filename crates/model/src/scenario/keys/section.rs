@@ -1,6 +1,5 @@
 //! A section of a scenario: its keys are its fields, each declared once with type, default, range, symbol and meaning.
 
-use serde::Serialize;
 use toml::Value;
 
 use crate::scenario::key::Key;
@@ -17,11 +16,6 @@ pub(crate) trait Section {
     fn is_default(&self) -> bool {
         Self::keys().iter().zip(self.values()).all(|(key, value)| key.has_default(&value))
     }
-}
-
-/// The value of a key.
-pub(crate) fn value(of_key: &impl Serialize) -> Value {
-    Value::try_from(of_key).expect("it is a plain number, text or list")
 }
 
 /// Declares a section: `field: type = default; kind, "symbol", later;`. The comment is the meaning of the key, unless
@@ -64,7 +58,8 @@ macro_rules! section {
             }
 
             fn values(&self) -> Vec<toml::Value> {
-                vec![$($crate::scenario::keys::section::value(&self.$field)),+]
+                let values = [$(toml::Value::try_from(&self.$field)),+];
+                values.map(|value| value.expect("it is a plain number, text or list")).into()
             }
         }
 

@@ -95,8 +95,8 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// the tangential force.
     const DETACHES_BY_SPRING: bool = false;
 
-    /// The keys that have a meaning for this law and not for every law.
-    const KEYS: &'static [&'static str];
+    /// The keys that have a meaning for this law and not for every law, of one that scenarios select.
+    const KEYS: &'static [&'static str] = &[];
 
     /// The law with the numbers of a scenario.
     fn of(scenario: &Scenario) -> Self;

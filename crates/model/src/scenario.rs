@@ -116,15 +116,6 @@ impl Friction {
     }
 }
 
-impl Scenario {
-    /// Whether forces or loads of single contacts follow courses, or the drive is a force.
-    pub fn has_contact_courses(&self) -> bool {
-        self.drive.kind == DriveKind::Force
-            || !self.prestress.course_s.is_empty()
-            || !self.normal_load.course_s.is_empty()
-    }
-}
-
 impl Drive {
     /// The largest velocity of its point.
     pub(crate) fn fastest_m_per_s(&self) -> f64 {
@@ -133,6 +124,13 @@ impl Drive {
 }
 
 impl Scenario {
+    /// Whether forces or loads of single contacts follow courses, or the drive is a force.
+    pub fn has_contact_courses(&self) -> bool {
+        self.drive.kind == DriveKind::Force
+            || !self.prestress.course_s.is_empty()
+            || !self.normal_load.course_s.is_empty()
+    }
+
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
         Law::of(self)

@@ -32,14 +32,13 @@ macro_rules! laws {
             /// All of them, in the order of the key table.
             pub const ALL: &'static [FrictionLaw] = &[$(FrictionLaw::$law,)*];
 
-            /// The keys that have a meaning for this law and not for every law: [`ContactLaw::KEYS`], and those of
-            /// laws whose contacts stick.
-            pub fn keys(self) -> impl Iterator<Item = &'static str> {
+            /// Whether a key has a meaning for this law and not for every law: one of [`ContactLaw::KEYS`], or of
+            /// those of laws whose contacts stick.
+            pub fn uses(self, path: &str) -> bool {
                 let own = match self {
                     $(FrictionLaw::$law => <$file::$law as ContactLaw>::KEYS,)*
                 };
-                let of_thresholds = if self.sticks() { THRESHOLD_KEYS } else { &[] };
-                of_thresholds.iter().chain(own).copied()
+                own.contains(&path) || (self.sticks() && THRESHOLD_KEYS.contains(&path))
             }
 
             /// [`ContactLaw::STICKS`].
@@ -163,11 +162,6 @@ const THRESHOLD_KEYS: &[&str] = &[
 ];
 
 impl FrictionLaw {
-    /// Whether a key has a meaning for this law and not for every law.
-    pub fn uses(self, path: &str) -> bool {
-        self.keys().any(|key| key == path)
-    }
-
     /// Whether a key has a meaning for other laws, and not for this one.
     pub fn lacks(self, path: &str) -> bool {
         !self.uses(path) && FrictionLaw::ALL.iter().any(|law| law.uses(path))

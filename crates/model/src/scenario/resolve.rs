@@ -93,7 +93,7 @@ pub enum ResolveError {
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
          (accepted: a path, or a name that `asperity scenario list` prints)",
-        suggest::suggestion(name, builtin_names())
+        suggest::suggestion(name, builtin::all().map(|(name, _)| name))
     )]
     Unknown {
         /// The requested name.
@@ -104,10 +104,6 @@ pub enum ResolveError {
     /// The scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioErrors),
-}
-
-fn builtin_names() -> impl Iterator<Item = &'static str> {
-    builtin::all().map(|(name, _)| name)
 }
 
 impl Scenario {

@@ -72,7 +72,9 @@ pub(crate) fn check_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
         }
         return;
     }
-    if !starts_just_before_a_slip(scenario) {
+    // Just before the first block would detach.
+    let is_loaded = scenario.time.start == Start::Loaded && scenario.friction.law.sticks();
+    if !is_loaded || scenario.initial.is_given() {
         return;
     }
     let plan = Plan::new(scenario);
@@ -84,11 +86,6 @@ pub(crate) fn check_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
         return;
     };
     refusals.refuse("time.start", problem, "\"at-rest\", or a drive that brings the first slip");
-}
-
-/// Whether a run starts where the first block is about to detach.
-fn starts_just_before_a_slip(scenario: &Scenario) -> bool {
-    scenario.time.start == Start::Loaded && scenario.friction.law.sticks() && !scenario.initial.is_given()
 }
 
 fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &mut Refusals<'_>) {

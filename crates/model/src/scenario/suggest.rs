@@ -4,6 +4,8 @@
 //! (`tilt`), then by a word of that part (`duration`), and finally by spelling; other names by
 //! spelling, then by their parts.
 
+use std::borrow::Borrow;
+
 use crate::scenario::keys::{KEYS, Key};
 
 /// Names longer than this, in bytes, get no suggestion: no key is nearly as long.
@@ -104,14 +106,8 @@ pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
 }
 
 /// Formats `; did you mean ...?`, to append to an error message; empty without names.
-pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
-    match names {
-        [] => String::new(),
-        [first, others @ ..] => {
-            let others = others.iter().map(|name| format!(" or {}", name.as_ref()));
-            format!("; did you mean {}{}?", first.as_ref(), others.collect::<String>())
-        }
-    }
+pub(crate) fn did_you_mean<T: Borrow<str>>(names: &[T]) -> String {
+    if names.is_empty() { String::new() } else { format!("; did you mean {}?", names.join(" or ")) }
 }
 
 /// `; did you mean ...?` of the known names that may be meant; empty if none is close enough.

@@ -8,7 +8,6 @@ use crate::plan::disorder::Quantity;
 use crate::plan::initial;
 use crate::plan::slab;
 use crate::scenario::Scenario;
-use crate::scenario::choices::DriveKind;
 use crate::scenario::implausible;
 use crate::scenario::keys::KEYS;
 use crate::scenario::text;
@@ -178,7 +177,7 @@ fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     if most_n.abs() <= LEAST_LOAD_RATIO * plan.total_normal_load_n {
         return None;
     }
-    let kind = if scenario.drive.kind == DriveKind::Top { "top" } else { "left-right" };
+    let kind = scenario.drive.kind.word();
     let load_ratio = plan.drive.total_force_n(0.0, u) / plan.total_normal_load_n;
     Some(format!(
         "drive.kind = \"{kind}\" with initial shear: the driving springs are measured from the grid, so they pull \

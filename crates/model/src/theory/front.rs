@@ -138,19 +138,18 @@ impl Front {
     /// The speed of a steady front over the chain's wave speed. None if the prestress is not
     /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`Front::slowest`].
     pub fn speed_over_c(&self) -> Option<f64> {
-        let prestress_at = |speed: f64| self.prestress_at(speed);
         let (mut low, mut high) = (self.slowest(), 1e3);
         if self.relative_radiation > 0.0 {
             // Half the speed at which the drift behind the front strains a spring by 1.
             low = f64::min(0.5 * self.prestress / self.relative_radiation, 0.5);
         }
-        if !(prestress_at(low)..prestress_at(high)).contains(&self.prestress) {
+        if !(self.prestress_at(low)..self.prestress_at(high)).contains(&self.prestress) {
             return None;
         }
         // The prestress rises with speed. Bisected to the precision of the integral.
         while high / low > 1.0 + 1e-9 {
             let middle = (low * high).sqrt();
-            if prestress_at(middle) < self.prestress {
+            if self.prestress_at(middle) < self.prestress {
                 low = middle;
             } else {
                 high = middle;

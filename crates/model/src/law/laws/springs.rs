@@ -94,8 +94,6 @@ impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
 }
 
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
-    const KEYS: &'static [&'static str] = <InterfacialSprings>::KEYS;
-
     fn of(_: &Scenario) -> ByRule<TWO_WAY> {
         ByRule
     }
@@ -133,8 +131,6 @@ impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
 pub struct SpringsOverArea;
 
 impl ContactLaw<2> for SpringsOverArea {
-    const KEYS: &'static [&'static str] = <InterfacialSprings>::KEYS;
-
     fn of(_: &Scenario) -> SpringsOverArea {
         SpringsOverArea
     }

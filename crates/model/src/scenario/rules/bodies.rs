@@ -95,25 +95,26 @@ pub(super) fn lattices_are_square_and_known(scenario: &Scenario, refusals: &mut 
 
 pub(super) fn contacts_over_an_area_turn(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let is_over_area = scenario.slider.is_over_area();
-    let (why, accepted) = match scenario.friction.reattach {
+    let why = match scenario.friction.reattach {
         // Other laws are refused themselves.
         _ if is_over_area && !scenario.friction.law.is_known_over_an_area() => return,
-        Reattach::OneWay if is_over_area => (
+        Reattach::OneWay if is_over_area => {
             "\"one-way\" stops in every step what the torque of the drive turns backwards: contacts over an area then \
-             chatter",
-            "\"turn\", or slider.across = 1",
-        ),
-        Reattach::TwoWay if is_over_area => (
+             chatter"
+        }
+        Reattach::TwoWay if is_over_area => {
             "\"two-way\" stops in the first step what detaches while it still moves the other way: contacts over an \
-             area then chatter",
-            "\"turn\", or slider.across = 1",
-        ),
-        Reattach::Turn if !is_over_area => (
+             area then chatter"
+        }
+        Reattach::Turn if !is_over_area => {
             "\"turn\" is for contacts that slip along a vector; in one row it is \"one-way\" for whatever detaches \
-             forwards",
-            "\"one-way\" or \"two-way\", or slider.across above 1",
-        ),
+             forwards"
+        }
         _ => return,
+    };
+    let accepted = match is_over_area {
+        true => "\"turn\", or slider.across = 1",
+        false => "\"one-way\" or \"two-way\", or slider.across above 1",
     };
     refusals.refuse("friction.reattach", why, accepted);
 }

@@ -28,13 +28,13 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
             "a number above 0; drive.hold_from_s stops the drive",
         );
     } else if law.event_speed_m_per_s <= drive.velocity_m_per_s {
+        let (event, slow) = (law.event_speed_m_per_s, drive.velocity_m_per_s);
         refusals.refuse(
             "friction.event_speed_m_per_s",
             format!(
-                "{} is not above drive.velocity_m_per_s = {}, at which blocks creep without an event",
-                law.event_speed_m_per_s, drive.velocity_m_per_s
+                "{event} is not above drive.velocity_m_per_s = {slow}, at which blocks creep without an event"
             ),
-            format!("a number above {}, or 0 for at least 10 times it", drive.velocity_m_per_s),
+            format!("a number above {slow}, or 0 for at least 10 times it"),
         );
     }
     if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {

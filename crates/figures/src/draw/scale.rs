@@ -81,7 +81,8 @@ impl Scale {
         margin: f64,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Scale {
-        let scale = Scale { log, room: Some(margin), ..Scale::between(label, 0.0, 1.0) };
+        let whole = !log && values.clone().all(|value| value.fract() == 0.0);
+        let scale = Scale { log, whole, room: Some(margin), ..Scale::between(label, 0.0, 1.0) };
         Scale { room: None, ..scale.fitted(values) }
     }
 

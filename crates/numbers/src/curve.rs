@@ -3,7 +3,7 @@
 
 use asperity_model::among;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::curve_list::CURVES;
 use crate::required_data::RequiredData;
@@ -72,7 +72,7 @@ impl Curve {
 }
 
 /// What curves are asked for; each uses the keys that it names.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CurveKeys {
     /// A length in blocks.

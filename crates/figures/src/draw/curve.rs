@@ -6,7 +6,6 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
-use serde_json::json;
 
 use super::kind::{Figure, Labelled, keys, level_look, overlaid};
 use super::scale::Scale;
@@ -43,9 +42,18 @@ impl Figure for CurveFigure {
         if self.run.is_some() && !self.series.is_empty() {
             return Err("it has both run and series (accepted: one of them)".to_owned());
         }
-        let [given, none] = [&self.keys, &CurveKeys::default()].map(|keys| json!(keys));
-        let mut given = given.as_object().into_iter().flatten().filter(|(key, value)| **value != none[key]);
-        match given.find(|(key, _)| !self.curve.keys.contains(&key.as_str())) {
+        let CurveKeys { blocks, at_blocks, at_s, after_slips, from_s, to_s, before, after } = &self.keys;
+        let given = [
+            ("blocks", blocks.is_some()),
+            ("at_blocks", !at_blocks.is_empty()),
+            ("at_s", !at_s.is_empty()),
+            ("after_slips", *after_slips),
+            ("from_s", from_s.is_some()),
+            ("to_s", to_s.is_some()),
+            ("before", before.is_some()),
+            ("after", after.is_some()),
+        ];
+        match given.iter().find(|(key, is_given)| *is_given && !self.curve.keys.contains(key)) {
             Some((key, _)) => Err(format!("keys.{}", self.curve.has_no(key))),
             None => Ok(()),
         }

@@ -129,7 +129,7 @@ impl Constants {
                 + c * (sin * half_cos).scale(blocks)
                 + (c * cos * half_sin).scale(0.5);
             let step = misfit / slope;
-            q = q - step;
+            q -= step;
             let old = z;
             z = self.root(q, sign);
             if step.size() <= 1e-14 * q.size() && (z - old).size() <= 1e-11 * z.size() {

@@ -31,6 +31,13 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 kernel! {
+    /// The product of two vectors.
+    fn product(a: &[f64], b: &[f64]) -> f64 {
+        dot(a, b)
+    }
+}
+
+kernel! {
     /// The product of each column of a matrix with a vector.
     fn dots(products: &mut [f64], columns: &[f64], vector: &[f64]) {
         let size = vector.len();

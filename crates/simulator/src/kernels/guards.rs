@@ -3,6 +3,7 @@
 use std::hint::select_unpredictable;
 
 use crate::kernels::simd::{kernel, sign};
+use crate::leap::norms::ROUNDING;
 
 /// Reserve of the bounds for truncation and rounding, for one length of window: of forces of stuck
 /// blocks and velocities of sliding ones.
@@ -14,8 +15,6 @@ pub(crate) struct Reserve {
     /// Distance to be kept from the limit.
     pub(crate) stuck: f64,
     pub(crate) sliding: f64,
-    /// Share of a threshold that counts as the limit.
-    pub(crate) share: f64,
 }
 
 /// Guards over a window.
@@ -55,7 +54,7 @@ pub(crate) fn margin(
     let stuck = sigma == 0.0;
     let more_bend = select_unpredictable(stuck, reserve.stuck_bend, reserve.sliding_bend);
     let limit = select_unpredictable(stuck, -reserve.stuck, -reserve.sliding);
-    let (first, last) = (reserve.share * threshold, reserve.share * last_threshold);
+    let (first, last) = ((1.0 - ROUNDING) * threshold, (1.0 - ROUNDING) * last_threshold);
     // Distance from the limit without the reserve: the missing force of a stuck block, the velocity of a
     // sliding one.
     macro_rules! clear {

@@ -181,9 +181,7 @@ impl<L: Leaps> Fast<L> {
             decide(self);
         }
         let cost_steps = self.leaps.take_cost_steps(&mut self.stepper);
-        if cost_steps > 0 {
-            self.pace.pay_or_pause(cost_steps);
-        }
+        self.pace.pay_or_pause(cost_steps);
         self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)
     }
 

@@ -36,9 +36,6 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 /// Rounding errors of the terms of a force that they keep in reserve besides.
 const ROUNDING_ERRORS: f64 = 64.0;
 
-/// Rounding errors of displacements that make up a state's noise.
-const STATE_ROUNDING_ERRORS: f64 = 8.0;
-
 /// Constants that turn the norm `sqrt(I)` into bounds on forces and velocities.
 #[derive(Debug, Clone, Copy)]
 pub struct Norms {
@@ -113,11 +110,6 @@ impl Norms {
         let square =
             self.stiffness_n_per_m * position * position + self.mass_kg * velocity_m_per_s * velocity_m_per_s;
         (blocks as f64 * square).sqrt()
-    }
-
-    /// `sqrt(I)` of the rounding of displacements of at most this size, in as many freedoms.
-    pub(crate) fn of_rounding(&self, freedoms: usize, displacement_m: f64) -> f64 {
-        self.at_most(freedoms, STATE_ROUNDING_ERRORS * f64::EPSILON * displacement_m, 0.0)
     }
 
     /// How far the rounding of displacements and velocities of this size may

@@ -87,7 +87,7 @@ impl Cosines {
 
     /// For each wave, `sum_n u_n x_n` and `sum_n v_n x_n` with `x_n = cos q (N - n - 1/2)`, each by its
     /// real and imaginary part.
-    pub(crate) fn project(&mut self, u: &[f64], v: &[f64], sums: &mut Vec<[f64; 4]>) {
+    pub(crate) fn project(&mut self, u: &[f64], v: &[f64]) -> Vec<[f64; 4]> {
         let (blocks, size) = (self.blocks, self.size);
         let balance = balance(kernels::largest(u), kernels::largest(v));
         for ((values, numbers), factor) in self.values.iter_mut().zip([u, v]).zip([1.0, balance]) {
@@ -113,11 +113,12 @@ impl Cosines {
                 grid[BEYOND + size + beyond] = -grid[BEYOND + size - beyond];
             }
         }
-        sums.resize(self.near.first.len(), [0.0; 4]);
-        kernels::gather(sums, &self.near, [&self.grid[0], &self.grid[1]]);
-        for [_, _, re, im] in sums {
+        let mut sums = vec![[0.0; 4]; self.near.first.len()];
+        kernels::gather(&mut sums, &self.near, [&self.grid[0], &self.grid[1]]);
+        for [_, _, re, im] in &mut sums {
             (*re, *im) = (*re / balance, *im / balance);
         }
+        sums
     }
 
     /// Writes the real parts of sums over all waves into `u` and `v`, from two complex coordinates per
@@ -251,8 +252,7 @@ mod tests {
             let cosine = |j: usize, block: usize| wave(j).scale(n - block as f64 - 0.5).sin_cos().1;
             by_all(|| {
                 let mut cosines = Cosines::of((0..blocks).map(wave), blocks).unwrap();
-                let mut sums = Vec::new();
-                cosines.project(&u, &v, &mut sums);
+                let sums = cosines.project(&u, &v);
                 let allowed = 1e-14 * n;
                 for (j, sums) in sums.iter().enumerate() {
                     let sum =

@@ -54,9 +54,6 @@ pub(crate) struct StandingWaves {
     cosines: Cosines,
     waves: Arc<[Wave]>,
     pub(crate) powers: Powers,
-    /// Velocities in displacement per step, and the projection of a state onto each wave.
-    scratch: Vec<f64>,
-    sums: Vec<[f64; 4]>,
 }
 
 /// One wave.
@@ -132,7 +129,7 @@ impl Constants {
                 + c * (sin * half_cos).scale(blocks)
                 + (c * cos * half_sin).scale(0.5);
             let step = misfit / slope;
-            q = q - step;
+            q -= step;
             let old = z;
             z = self.root(q, sign);
             if step.size() <= 1e-14 * q.size() && (z - old).size() <= 1e-11 * z.size() {
@@ -211,8 +208,7 @@ impl StandingWaves {
             }
         };
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
-        let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
-        let mut waves = StandingWaves { blocks, dt, cosines, waves, powers, scratch, sums };
+        let mut waves = StandingWaves { blocks, dt, cosines, waves, powers };
         waves.span_all_states(plan).then_some(waves)
     }
 
@@ -238,16 +234,13 @@ impl StandingWaves {
 
     /// Projects a state; displacements first, then velocities.
     pub(crate) fn project(&mut self, state: &[f64]) -> Coordinates {
-        let StandingWaves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
-        let (u, velocity) = state.split_at(*blocks);
-        for (v, velocity) in scratch.iter_mut().zip(velocity) {
-            *v = velocity * *dt;
-        }
-        cosines.project(u, scratch, sums);
-        let (first_u, first_v) = (u[0], scratch[0]);
-        let waves = waves.iter().zip(&*sums);
+        let (u, velocity) = state.split_at(self.blocks);
+        let v: Vec<f64> = velocity.iter().map(|velocity| velocity * self.dt).collect();
+        let sums = self.cosines.project(u, &v);
+        let (first_u, first_v) = (u[0], v[0]);
+        let waves = self.waves.iter().zip(sums);
         waves
-            .map(|(wave, &[u_re, u_im, v_re, v_im])| {
+            .map(|(wave, [u_re, u_im, v_re, v_im])| {
                 let (u, v) = (Complex::new(u_re, u_im), Complex::new(v_re, v_im));
                 u * wave.of_u
                     + v * wave.of_v
@@ -259,18 +252,15 @@ impl StandingWaves {
 
     /// The state with these coordinates, without waves of at most the size `least`.
     pub(crate) fn compose(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
-        let StandingWaves { blocks, dt, cosines, waves, sums, .. } = self;
         // Contributions of each wave to displacements and velocities.
-        for ((wave, sums), (&re, &im)) in
-            waves.iter().zip(&mut *sums).zip(coordinates.re.iter().zip(&coordinates.im))
-        {
-            let z = Complex::new(re, im);
-            let times = if re.abs() + im.abs() > least { wave.times } else { 0.0 };
-            let (u, v) = (z.scale(times), (z * wave.velocity).scale(times / *dt));
-            *sums = [u.re, u.im, v.re, v.im];
-        }
-        let (u, v) = state.split_at_mut(*blocks);
-        cosines.compose(sums, u, v);
+        let sums = self.waves.iter().enumerate().map(|(m, wave)| {
+            let z = coordinates.at(m);
+            let times = if z.re.abs() + z.im.abs() > least { wave.times } else { 0.0 };
+            let (u, v) = (z.scale(times), (z * wave.velocity).scale(times / self.dt));
+            [u.re, u.im, v.re, v.im]
+        });
+        let (u, v) = state.split_at_mut(self.blocks);
+        self.cosines.compose(&mut sums.collect::<Vec<_>>(), u, v);
     }
 
     /// How large the force on the first block and on each other one may become from these coordinates on.

@@ -96,9 +96,7 @@ impl ChainLeaps {
 
     fn pay_for_spans(&mut self, solver: &mut Open<'_, ChainBody>) {
         let cost_steps = self.take_cost_steps(solver.stepper);
-        if cost_steps > 0 {
-            solver.pace.pay_or_pause(cost_steps);
-        }
+        solver.pace.pay_or_pause(cost_steps);
     }
 }
 

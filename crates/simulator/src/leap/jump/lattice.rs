@@ -54,6 +54,9 @@ const STEPS_OF_MODE: u64 = 2;
 /// threshold: the reserve for rounding.
 const MISSED: f64 = ROUNDING;
 
+/// Rounding errors of displacements that make up a state's noise, relative to the largest.
+const NOISE: f64 = 8.0 * f64::EPSILON;
+
 /// How often a state is projected on the modes.
 const ROUNDS: usize = 2;
 
@@ -177,7 +180,8 @@ impl<const D: usize> LatticeJump<D> {
         let left_out = self.project(state);
         let norms = self.norms;
         let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
-        let enough = MISSED * mean_n / norms.force + norms.of_rounding(self.stuck.freedoms(), u_scale);
+        let enough =
+            MISSED * mean_n / norms.force + norms.at_most(self.stuck.freedoms(), NOISE * u_scale, 0.0);
         let defect_over = |steps: u64| {
             let parts = self.parts.iter();
             parts.map(|part| defect(&part.modes.slow, &part.coordinates, steps)).sum::<f64>()

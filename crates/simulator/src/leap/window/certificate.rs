@@ -55,9 +55,6 @@ pub(super) struct Certificate {
     margin: Vec<f64>,
     /// Number of guards evaluated singly, per place, since this was last reset.
     pub(super) places: u64,
-    /// Whether the last window was refused because at its start a block is closer to switching than the
-    /// reserve.
-    is_refused_by_reserve: bool,
 }
 
 impl Certificate {
@@ -69,7 +66,6 @@ impl Certificate {
             bend: one_each(),
             margin: one_each(),
             places: 0,
-            is_refused_by_reserve: false,
         }
     }
 
@@ -106,7 +102,6 @@ impl Certificate {
                     let reserve = Reserve {
                         stuck_bend: drive * bend,
                         stuck: drive * sum + rounding * plan.blocks as f64,
-                        share: 1.0 - ROUNDING,
                         sliding_bend: 0.0,
                         sliding: 0.0,
                     };
@@ -117,15 +112,13 @@ impl Certificate {
                 let reserve = Reserve {
                     stuck_bend: force * bend,
                     stuck: force * sum + rounding,
-                    share: 1.0 - ROUNDING,
                     sliding_bend: velocity * bend,
                     sliding: velocity * sum + ROUNDING * v_scale + rounding * dt / plan.block_mass_kg * steps,
                 };
                 let certified = self.certified_by(plan, expansion, index, &reserve);
                 // Near a switch, single steps soon reach it.
-                let is_near = || expansion.foreseen_steps() < MOST_STEPS as f64;
-                if certified.is_some() || !self.is_refused_by_reserve || is_near() {
-                    return certified;
+                if certified != Err(true) || expansion.foreseen_steps() < MOST_STEPS as f64 {
+                    return certified.ok();
                 }
                 // In a long window the cancelling parts may far exceed their sum. The reserve for that
                 // is a sixteenth for a window of a quarter of the steps.
@@ -139,14 +132,15 @@ impl Certificate {
         }
     }
 
-    /// The longest certified length, with the reserve of the length `index`.
+    /// The longest certified length, with the reserve of the length `index`; the error is whether at the start of the
+    /// window a block is closer to switching than the reserve.
     fn certified_by(
         &mut self,
         plan: &Plan,
         expansion: &Expansion,
         index: usize,
         reserve: &Reserve,
-    ) -> Option<usize> {
+    ) -> Result<usize, bool> {
         let &Expansion { blocks, terms, .. } = expansion;
         let length = &expansion.basis.lengths[index];
         let (now, rate) = expansion.first_guard.both(blocks);
@@ -171,9 +165,8 @@ impl Certificate {
             steps: length.steps as f64,
             reserve,
         };
-        self.is_refused_by_reserve = false;
         if !kernels::margins(&mut self.margin, &course) {
-            return Some(index);
+            return Ok(index);
         }
         let mut best = index;
         for (n, margin) in self.margin.iter().enumerate() {
@@ -184,20 +177,12 @@ impl Certificate {
             let guard = Guard::of_block(plan, expansion, n, reserve);
             let certified = guard.certified(best);
             self.places += guard.places.get();
-            match certified {
-                Some(index) => best = index,
-                None => {
-                    let (now, sigma) = (now[n], expansion.sigma[n]);
-                    let limit = reserve.share * expansion.strength.threshold_n[n];
-                    self.is_refused_by_reserve = match sigma == 0.0 {
-                        true => limit - now.abs() <= reserve.stuck,
-                        false => sigma * now <= reserve.sliding,
-                    };
-                    return None;
-                }
-            }
+            best = certified.ok_or_else(|| match guard.sigma == 0.0 {
+                true => (1.0 - ROUNDING) * guard.threshold - guard.now.abs() <= reserve.stuck,
+                false => guard.sigma * guard.now <= reserve.sliding,
+            })?;
         }
-        Some(best)
+        Ok(best)
     }
 }
 
@@ -307,7 +292,7 @@ mod tests {
     #[test]
     fn a_guard_is_certified_as_far_as_length_by_length_and_stays_clear_so_far() {
         const TERMS: usize = 20;
-        let reserve = Reserve { stuck_bend: 0.0, sliding_bend: 0.0, stuck: 0.0, sliding: 0.0, share: 1.0 };
+        let reserve = Reserve { stuck_bend: 0.0, sliding_bend: 0.0, stuck: 0.0, sliding: 0.0 };
         // Pseudo-random numbers, the same on every machine.
         let mut seed = 1u64;
         let mut noise = || {

@@ -225,11 +225,11 @@ impl Expansion {
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
-        let size = |values: &[f64]| kernels::largest(values);
-        let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
+        let sizes = |row: usize| [&self.first_u, &self.first_v].map(|rows| kernels::largest(rows.row(row)));
+        let now = sizes(0);
         Sizes {
             now,
-            rate: [size(self.first_u.row(1)), size(self.first_v.row(1))],
+            rate: sizes(1),
             first_term: self.size_of_term(0),
             negligible: [NEGLIGIBLE * now[0], NEGLIGIBLE * now[1] * plan.grid.step_s()],
         }

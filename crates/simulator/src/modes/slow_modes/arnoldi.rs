@@ -151,10 +151,9 @@ impl SlowModes {
         let both = [&re[..], &im].concat();
         // The products of `x` with `x`, `K x` and `D x`, without conjugates.
         let product = |of_re: &[f64], of_im: &[f64]| {
-            let mut sums = [[0.0; 2]; 2];
-            kernels::dots(&mut sums[0], &both, of_re);
-            kernels::dots(&mut sums[1], &both, of_im);
-            Complex::new(sums[0][0] - sums[1][1], sums[0][1] + sums[1][0])
+            let [[re_re, im_re], [re_im, im_im]] =
+                [of_re, of_im].map(|of| [&re, &im].map(|part| kernels::product(part, of)));
+            Complex::new(re_re - im_im, im_re + re_im)
         };
         let (square, stiff, damped) =
             (product(&re, &im), product(&stiff_re, &stiff_im), product(&damped_re, &damped_im));
@@ -269,8 +268,7 @@ const AT_ONCE: usize = 8;
 /// stop comes.
 fn arnoldi(freedoms: usize, inverse: &Inverse<'_>, iterations: usize) -> Option<(Vec<f64>, Hessenberg)> {
     // Both halves of the vectors, each in a matrix of its own.
-    let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
-    halves[1].reserve((iterations + 1) * freedoms);
+    let mut halves = [0, 1].map(|_| Vec::with_capacity((iterations + 1) * freedoms));
     let number = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
     let (mut a, mut b): (Vec<f64>, Vec<f64>) = (vec![0.0; freedoms], (0..freedoms).map(number).collect());
     let mut image = [a.clone(), b.clone()];
@@ -282,12 +280,7 @@ fn arnoldi(freedoms: usize, inverse: &Inverse<'_>, iterations: usize) -> Option<
         std::mem::swap(&mut a, to_a);
         std::mem::swap(&mut b, to_b);
     }
-    let square = |a: &[f64], b: &[f64]| {
-        let mut squares = [[0.0]; 2];
-        kernels::dots(&mut squares[0], a, a);
-        kernels::dots(&mut squares[1], b, b);
-        squares[0][0] + squares[1][0]
-    };
+    let square = |a: &[f64], b: &[f64]| kernels::product(a, a) + kernels::product(b, b);
     let scale = 1.0 / square(&a, &b).sqrt();
     for (half, x) in halves.iter_mut().zip([&a, &b]) {
         half.extend(x.iter().map(|x| scale * x));

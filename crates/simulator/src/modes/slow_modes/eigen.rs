@@ -178,7 +178,7 @@ impl Hessenberg {
         // Elimination that pivots to the row below where that is larger.
         let mut upper: Vec<Complex> = self.rows.iter().map(|x| Complex::from(*x)).collect();
         for i in 0..size {
-            upper[i * size + i] = upper[i * size + i] - value;
+            upper[i * size + i] -= value;
         }
         let mut swaps = vec![(false, Complex::ZERO); size];
         for i in 0..size {
@@ -195,7 +195,7 @@ impl Hessenberg {
                 let factor = upper[(i + 1) * size + i] / upper[i * size + i];
                 for j in i..size {
                     let above = upper[i * size + j];
-                    upper[(i + 1) * size + j] = upper[(i + 1) * size + j] - factor * above;
+                    upper[(i + 1) * size + j] -= factor * above;
                 }
                 swaps[i] = (swap, factor);
             } else if upper[i * size + i].size() < least.re {

@@ -6,7 +6,7 @@
 use asperity_model::Plan;
 
 use crate::energy::lattice_energy::stored_j;
-use crate::kernels;
+use crate::kernels::{self, product};
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::Part;
 use crate::leap::jump::lattice::LatticeJump;
@@ -97,11 +97,6 @@ impl<const D: usize> LatticeJump<D> {
         let LatticeJump { stuck, forced: Forced { moves, hold_step, ramp, .. }, .. } = self;
         let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        let product = |a: &[f64], b: &[f64]| {
-            let mut product = [0.0];
-            kernels::dots(&mut product, a, b);
-            product[0]
-        };
         let (kinetic_j, elastic_j) = stored_j(plan, &stuck.lattice, state);
         // The outer forces of the next step, as if the jump continued.
         let hold_step = if *moves { u64::MAX } else { *hold_step };

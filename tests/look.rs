@@ -453,7 +453,7 @@ fn figures_say_what_they_are_and_the_code_only_if_wanted(folders: &Drawn) {
         let chunks = chunks_before_the_pixels(&png);
         let has = |name: &[u8]| chunks.iter().any(|chunk| chunk.starts_with(name));
         assert!(has(b"pHYs") && !has(b"tIME"), "{name}.png has no resolution, or a date");
-        for keyword in ["Title\0", "Time step\0", "Description\0"] {
+        for keyword in ["Title\0", "time-step\0", "Description\0"] {
             assert!(
                 chunks.iter().any(|chunk| chunk[4..].starts_with(keyword.as_bytes())),
                 "{name}.png has no {keyword:?}"

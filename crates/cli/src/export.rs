@@ -282,7 +282,7 @@ fn curves(
     let name = format!("{}.{}", request.name, table.file_part());
     let rows = table.rows() as u64;
     let files = FileSet::new(request.existing, request.inputs.clone());
-    let across = [("asperity:x".to_owned(), named.across(&data).to_owned())];
+    let across = [("asperity:x".to_owned(), named.across(&data, &keys).to_owned())];
     let written = TableFiles::begin(&files, &request.out, &name, &[format], &table)
         .and_then(|writing| writing.finish(&mut table, &across));
     let paths = written.map_err(|error| failure(error.into()))?;

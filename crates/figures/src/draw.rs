@@ -13,7 +13,6 @@ mod curve;
 mod dispersion;
 mod error;
 mod fields;
-mod friction;
 mod front_profile;
 mod front_speed;
 mod front_speeds;
@@ -111,10 +110,6 @@ kinds! {
     /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants; of rate-and-state friction
     /// `f_0 p_n`.
     "stress" stress: stress::Stress,
-    /// Rate-and-state friction of a block, from dense windows: against its velocity, with steady sliding, or
-    /// against slip after a step of the drive, with its closed form. Friction is the force that pulls the
-    /// block less radiation, over its load; inertia counts as friction.
-    "friction" friction: friction::Friction,
     /// The critical stiffness of rate-and-state friction against the velocity: where measured growth of
     /// oscillations changes its sign from one stiffness to the next, and in theory.
     "stability-boundary" stability_boundary: stability_boundary::StabilityBoundary,

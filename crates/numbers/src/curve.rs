@@ -4,6 +4,7 @@
 use asperity_model::among;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Map, Value, json};
 
 use crate::curve_list::CURVES;
 use crate::required_data::RequiredData;
@@ -91,6 +92,22 @@ pub struct CurveKeys {
     pub before: Option<f64>,
     /// Time after a pulse, over `a / c`.
     pub after: Option<f64>,
+    /// A block, counted from 1; by default the first.
+    pub block: Option<u32>,
+    /// What friction is drawn against.
+    pub against: Against,
+}
+
+/// What friction of a block is drawn against.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Against {
+    /// Its velocity, with friction in steady sliding.
+    #[default]
+    Velocity,
+    /// Its slip from the first record, over `D_c`, with the closed form for a step from the velocity of the first
+    /// record to that of the last one in a stiff machine.
+    Slip,
 }
 
 /// Curves of this name of any run.
@@ -129,8 +146,12 @@ impl NamedCurves {
     }
 
     /// What the axis across is called for a run.
-    pub fn across(&self, run: &RunData) -> &'static str {
-        if self.x == "block n" && run.of_one_row().is_none() { "column i" } else { self.x }
+    pub fn across(&self, run: &RunData, keys: &CurveKeys) -> &'static str {
+        match self.x {
+            "block n" if run.of_one_row().is_none() => "column i",
+            "v (m/s)" if keys.against == Against::Slip => "slip over D_c",
+            across => across,
+        }
     }
 
     /// Keys that are given as `KEY=VALUE`.
@@ -138,22 +159,33 @@ impl NamedCurves {
     /// # Errors
     /// In words, with what is accepted.
     pub fn keys_of(&self, set: &[String]) -> Result<CurveKeys, String> {
-        let mut table = toml::Table::new();
+        let mut keys = Map::new();
         for assignment in set {
-            let (key, _) = assignment.split_once('=').unwrap_or((assignment, ""));
-            if !self.keys.contains(&key.trim()) {
-                return Err(self.has_no(key));
-            }
-            let parsed: toml::Table = assignment.parse().map_err(|error| format!("{assignment}: {error}"))?;
-            table.extend(parsed);
+            let key = assignment.split('=').next().unwrap_or_default().trim();
+            let parsed = match self.has(key) {
+                Ok(()) => assignment.parse::<toml::Table>(),
+                Err(problem) => return Err(problem),
+            };
+            let parsed = parsed.map_err(|error| format!("{assignment}: {error}"))?;
+            keys.extend(parsed.into_iter().map(|(key, value)| (key, json!(value))));
         }
-        table.try_into().map_err(|error| format!("{}: {error}", set.join(", ")))
+        self.read_keys(&keys)
     }
 
-    /// That they have no such key, in words.
-    pub fn has_no(&self, key: &str) -> String {
+    /// Keys that are given as values.
+    ///
+    /// # Errors
+    /// In words, with what is accepted.
+    pub fn read_keys(&self, given: &Map<String, Value>) -> Result<CurveKeys, String> {
+        given.keys().try_for_each(|key| self.has(key))?;
+        let keys: Vec<&str> = given.keys().map(String::as_str).collect();
+        serde_json::from_value(json!(given)).map_err(|error| format!("{}: {error}", keys.join(", ")))
+    }
+
+    fn has(&self, key: &str) -> Result<(), String> {
         let accepted = if self.keys.is_empty() { "none".to_owned() } else { self.keys.join(", ") };
-        format!("{key}: curves {} have no such key (accepted: {accepted})", self.name)
+        let refused = || format!("{key}: curves {} have no such key (accepted: {accepted})", self.name);
+        if self.keys.contains(&key) { Ok(()) } else { Err(refused()) }
     }
 
     /// What they read of a run.

@@ -2,11 +2,12 @@
 //!
 //! To add one: a function and an entry.
 
+use asperity_model::Evolution;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_record::WindowRecord;
 
-use crate::curve::{Curve, CurveKeys, Role, curves};
+use crate::curve::{Against, Curve, CurveKeys, Role, curves};
 use crate::curves::{event_in_window, front_profile, growing_slips, pull_ratio, ring_down};
 use crate::fronts;
 use crate::precursors::one_by_one;
@@ -46,6 +47,10 @@ curves! {
     "junction-forces": ["mean force/(p_n/N_s)", "width"], over "x (mm)", ["at_s" "after_slips"],
         |keys| RequiredData { states: keys.after_slips, states_near_s: keys.at_s.clone(), ..RequiredData::NOTHING },
         junction_forces;
+    /// Rate-and-state friction of a block, from dense windows: against its velocity, with steady sliding, or against slip
+    /// after a step of the drive, with its closed form. Friction is the force that pulls the block less radiation, over
+    /// its load; inertia counts as friction.
+    "friction": ["friction over load F/p"], over "v (m/s)", ["against" "block"], |_| RequiredData::WINDOWS, friction;
 }
 
 /// What the dynamic coefficient is called; chapter 5 of the thesis writes `mu_k`, chapter 6 `mu_d`.
@@ -93,11 +98,6 @@ pub fn along(run: &RunEvents, values: &[f64]) -> Vec<f64> {
 pub fn by_mm(run: &RunEvents, values: &[f64]) -> Vec<(f64, f64)> {
     let place_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
     along(run, values).into_iter().enumerate().map(|(n, value)| (place_mm(n), value)).collect()
-}
-
-/// Values at the places 1, 2 and so on.
-fn by_number(values: impl IntoIterator<Item = f64>) -> Vec<(f64, f64)> {
-    values.into_iter().enumerate().map(|(n, value)| (n as f64 + 1.0, value)).collect()
 }
 
 /// How the shortest wave dies away: undamped, under-damped, critical and over-damped, simulated and after
@@ -155,7 +155,7 @@ fn front(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     let mut curves: Vec<Curve> = levels(run).into_iter().map(line).collect();
     let up_to = vec![(tip, 0.0), (tip, run.plan.friction.static_coefficient)];
     curves.push(Curve::new(Role::Guide, format!("front, {place} {}", precursor.last_block), up_to));
-    let profile = by_number(along(run, &profile));
+    let profile = (1..).map(f64::from).zip(along(run, &profile)).collect();
     curves.push(Curve::new(Role::Measured, format!("simulated, t = {end_s:.3} s"), profile));
     Ok(curves)
 }
@@ -382,10 +382,77 @@ fn junction_forces(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String
     Ok(curves)
 }
 
+/// Friction of a block by rate and state. Over slip, one record in about a twenty-fourth of the way is marked.
+fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    const POINTS: u32 = 200;
+    const MARKS: f64 = 24.0;
+    let block = keys.block.unwrap_or(1);
+    let lacks = |what: &str| format!("run {} has no {what}", run.name);
+    let friction = &run.plan.friction;
+    let law = friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
+    let place = block.checked_sub(1).filter(|_| block <= run.header.blocks);
+    let place = place.ok_or_else(|| lacks(&format!("block {block}")))? as usize;
+    let b = friction.evolution_effects[place];
+    let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    // Time, slip, velocity, and friction without inertia over the load.
+    let of = |record: &WindowRecord| {
+        let at = block.checked_sub(record.first_block)? as usize;
+        let (slip_m, m_per_s) = (*record.displacement_m.get(at)?, *record.velocity_m_per_s.get(at)?);
+        let friction_n = record.tangential_force_n.get(at)? - law.radiation_kg_per_s * m_per_s;
+        let load_n = run.plan.loads_n(record.step, hold_step)[place];
+        Some([record.time_s, slip_m, m_per_s, friction_n / load_n])
+    };
+    let mut course: Vec<[f64; 4]> = run.windows()?.iter().filter_map(of).collect();
+    course.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (Some(&[_, start_m, before, _]), Some(&[_, end_m, after, _])) = (course.first(), course.last())
+    else {
+        return Err(lacks(&format!("dense window with block {block}")));
+    };
+    if keys.against == Against::Velocity {
+        let forward = course.iter().filter(|at| at[2] > 0.0);
+        let measured: Vec<(f64, f64)> = forward.map(|at| (at[2], at[3])).collect();
+        if measured.is_empty() {
+            return Err(lacks("record in which the block slides forwards"));
+        }
+        let steady = |m_per_s: f64| (m_per_s, law.coefficient(m_per_s, law.steady_state(b, m_per_s)));
+        let speeds = || measured.iter().map(|at| at.0);
+        let ends = [speeds().fold(f64::MAX, f64::min), speeds().fold(0.0, f64::max)];
+        let steady = Curve::new(Role::Static, "steady sliding", ends.map(steady).into());
+        return Ok(vec![Curve::new(Role::Measured, "", measured), steady]);
+    }
+    let slips = |m: f64| (m - start_m) / law.critical_slip_m;
+    let theory = |n: u32| {
+        let slip = slips(end_m) * f64::from(n) / f64::from(POINTS);
+        // The state over that of steady sliding at the velocity after the step.
+        let state = match law.evolution {
+            Evolution::Ageing => (1.0 + (after / before - 1.0) * (-slip).exp()).ln(),
+            Evolution::Slip => (after / before).ln() * (-slip).exp(),
+        };
+        (slip, law.coefficient(after, law.steady_state(b, after) + b * state))
+    };
+    // About evenly: each the first record beyond a place.
+    let every = slips(end_m) / MARKS;
+    let mut from = f64::MIN;
+    let mut measured: Vec<(f64, f64)> = course.iter().map(|at| (slips(at[1]), at[3])).collect();
+    measured.retain(|at| {
+        let is_next = at.0 >= from;
+        from = if is_next { at.0.max(0.0) + every } else { from };
+        is_next
+    });
+    Ok(vec![
+        Curve::new(Role::Theory, "", (0..=POINTS).map(theory).collect()),
+        Curve::new(Role::Marked(1), "", measured),
+        Curve::remark("marks: simulated, lines: closed form"),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
+    use asperity_record::WindowRecord;
+
     use crate::curve::{NamedCurves, Role};
     use crate::made_up;
+    use crate::run_data::RunData;
 
     #[test]
     fn a_slab_has_the_shear_of_all_its_contacts() {
@@ -408,5 +475,62 @@ mod tests {
         assert!(refused("to_s=\"soon\"").contains("invalid type: string"), "{}", refused("to_s=\"soon\""));
         let unknown = NamedCurves::find("force").unwrap_err();
         assert!(unknown.starts_with("there is no curve \"force\"; did you mean forces?"), "{unknown}");
+    }
+
+    /// Block 2 of three, 400 N on each of them, slips `D_c` after a step from 1 to 10 µm/s.
+    fn step(evolution: &str) -> RunData {
+        let law = "friction.law = \"rate-and-state\"\nfriction.direct_effect = 0.01\nfriction.critical_slip_m = 1e-5\n\
+                   friction.evolution_effect = 0.015\nfriction.reference_velocity_m_per_s = 1e-6\n\
+                   friction.radiation_kg_per_s = 1e6\nnormal_load.total_n = 1200\nslider.relative_damping = 0";
+        let mut run = made_up::run(&format!("{law}\nfriction.evolution = \"{evolution}\""), &[]);
+        let record = |(time_s, slip_m, m_per_s, pull_n)| WindowRecord {
+            time_s,
+            first_block: 2,
+            displacement_m: vec![slip_m],
+            velocity_m_per_s: vec![m_per_s],
+            tangential_force_n: vec![pull_n],
+            ..WindowRecord::default()
+        };
+        run.windows = [(2.0, 2e-5, 1e-5, 250.0), (1.0, 1e-5, 1e-6, 241.0)].map(record).to_vec();
+        run.kept.windows = true;
+        run
+    }
+
+    fn friction(against: &str, block: u32, run: &RunData) -> Result<[Vec<(f64, f64)>; 2], String> {
+        let curves = NamedCurves::find("friction").unwrap();
+        let set = [format!("against = \"{against}\""), format!("block = {block}")];
+        let found = curves.of(run, &curves.keys_of(&set).unwrap())?;
+        Ok([0, 1].map(|n: usize| found[n].points.clone()))
+    }
+
+    fn near(found: (f64, f64), expected: (f64, f64)) {
+        let is_near = (found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9;
+        assert!(is_near, "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn friction_is_the_pull_without_radiation_beside_its_closed_form() {
+        let steady = 0.6 - 0.005 * 10f64.ln();
+        for (evolution, state) in
+            [("ageing", (1.0 + 9.0 * (-1f64).exp()).ln()), ("slip", 10f64.ln() * (-1f64).exp())]
+        {
+            let [theory, measured] = friction("slip", 2, &step(evolution)).unwrap();
+            near(measured[0], (0.0, 0.6));
+            near(measured[1], (1.0, 0.6));
+            near(theory[0], (0.0, 0.6 + 0.01 * 10f64.ln()));
+            near(*theory.last().unwrap(), (1.0, steady + 0.015 * state));
+        }
+        let [measured, theory] = friction("velocity", 2, &step("slip")).unwrap();
+        near(measured[1], (1e-5, 0.6));
+        near(theory[0], (1e-6, 0.6));
+        near(theory[1], (1e-5, steady));
+    }
+
+    #[test]
+    fn what_a_run_lacks_is_said() {
+        let lacks = |block, run: &RunData| friction("slip", block, run).unwrap_err();
+        assert_eq!(lacks(1, &step("slip")), "run test has no dense window with block 1");
+        assert_eq!(lacks(4, &step("slip")), "run test has no block 4");
+        assert_eq!(lacks(1, &made_up::run("", &[])), "run test has no rate-and-state friction");
     }
 }

@@ -112,15 +112,11 @@ impl RequiredData {
         RequiredData::fronts() | RequiredData::motion() | RequiredData::DETACHMENTS
     }
 
-    /// Whether it needs states of all blocks to be read.
-    fn reads_states(&self) -> bool {
-        let moved = self.displacements || !self.displacements_of.is_empty();
-        moved || self.states || !self.states_near_s.is_empty()
-    }
-
     /// The parts of a log that must be decoded.
     pub fn topics(&self) -> Topics {
-        Topics { steps: true, events: true, fields: self.reads_states(), windows: self.windows }
+        let moved = self.displacements || !self.displacements_of.is_empty();
+        let fields = moved || self.states || !self.states_near_s.is_empty();
+        Topics { steps: true, events: true, fields, windows: self.windows }
     }
 }
 

@@ -53,18 +53,15 @@ pub fn index(title: &str, entries: &[Entry]) -> String {
                 "<a href=\"{}\"><img loading=\"lazy\" src=\"{}\" alt=\"{}\"><span>{}</span></a>\n",
                 text(target),
                 text(&figure.file),
-                text(first_sentence(&figure.caption)),
+                // A thumbnail has no room for more than a sentence.
+                text(figure.caption.split_inclusive(". ").next().unwrap_or_default().trim_end()),
                 lettered(&figure.name())
             );
         }
         main += "</div>\n</section>\n";
     }
-    Document { title: title.to_owned(), main, data: Vec::new(), parts: &[STYLE] }.html_beside_pictures()
-}
-
-/// The first part of a caption: a thumbnail has no room for more.
-fn first_sentence(words: &str) -> &str {
-    words.find(". ").map_or(words, |end| &words[..=end])
+    Document { title: title.to_owned(), main, data: Vec::new(), parts: &[STYLE] }
+        .with_pictures_from("data: 'self' file:")
 }
 
 #[cfg(test)]

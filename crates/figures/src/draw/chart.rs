@@ -2,7 +2,6 @@
 
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
-use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::IntoDrawingArea;
 use plotters::style::{BLACK, Color, FontDesc, FontFamily, FontStyle, RGBColor, TextStyle};
 use plotters_backend::text_anchor::HPos;
@@ -100,10 +99,6 @@ impl Frame {
 }
 
 type Chart<'p, 's> = ChartContext<'static, Canvas<'p>, Cartesian2d<Axis<'s>, Axis<'s>>>;
-
-fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> String {
-    error.to_string()
-}
 
 impl Sheet {
     /// Draws it, with a line at its foot.
@@ -326,7 +321,7 @@ fn chart<'p, 's>(
     let area = Canvas(page).into_drawing_area().shrink(corner, size);
     let mut builder = ChartBuilder::on(&area);
     builder.y_label_area_size(units(left)).right_y_label_area_size(units(right));
-    builder.x_label_area_size(units(below)).build_cartesian_2d(x, y).map_err(failed)
+    builder.x_label_area_size(units(below)).build_cartesian_2d(x, y).map_err(|error| error.to_string())
 }
 
 /// Draws the axes of a chart with their marks and numbers, and what they are called.
@@ -344,7 +339,7 @@ fn axes(chart: &mut Chart<'_, '_>, frame: &Frame, [x, y]: [&str; 2]) -> Result<(
         if numbers > 0 {
             mesh.x_desc(x).y_desc(y);
         }
-        mesh.draw().map_err(failed)?;
+        mesh.draw().map_err(|error| error.to_string())?;
     }
     Ok(())
 }

@@ -71,11 +71,6 @@ impl Colours {
         self.at(self.scale.way(value))
     }
 
-    /// That of a number; none if it is not on the scale.
-    pub(crate) fn of_number(&self, value: f64) -> Option<RGBColor> {
-        self.scale.share(value).map(|share| self.at(share))
-    }
-
     /// That at a share of the scale, or at the end that is next to it.
     pub(crate) fn at(&self, share: f64) -> RGBColor {
         let share = share.clamp(0.0, 1.0);
@@ -108,7 +103,7 @@ mod tests {
     fn numbers_of_both_signs_have_zero_in_the_middle() {
         let of = |log, values: &[f64], on| Colours::of(Scale::of("x", log, 0.0, values.iter().copied()), on);
         let signed = of(false, &[-1.0, 4.0], On::Surfaces);
-        let end = |colours: &Colours, value: f64| colours.of_number(value).unwrap();
+        let end = |colours: &Colours, value: f64| colours.nearest(value);
         assert_eq!(end(&signed, 0.0), RGBColor(221, 221, 221));
         assert_eq!((end(&signed, -4.0), end(&signed, 4.0)), (RGBColor(59, 76, 192), RGBColor(180, 4, 38)));
         // On the white page lines are seen all along the scale.

@@ -6,6 +6,7 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
+use serde_json::{Map, Value};
 
 use super::kind::{Figure, Labelled, keys, level_look, overlaid};
 use super::scale::Scale;
@@ -20,7 +21,8 @@ keys! {
     pub(super) curve: &'static NamedCurves,
     /// Keys of the curves.
     #[serde(default)]
-    keys: CurveKeys,
+    #[schemars(with = "CurveKeys")]
+    keys: Map<String, Value>,
     /// The run, where it is one.
     run: Option<String>,
     /// In place of `run` several, each with its label in the legend.
@@ -30,6 +32,12 @@ keys! {
 
 fn named<'de, D: Deserializer<'de>>(name: D) -> Result<&'static NamedCurves, D::Error> {
     NamedCurves::find(&String::deserialize(name)?).map_err(de::Error::custom)
+}
+
+impl CurveFigure {
+    fn keys(&self) -> Result<CurveKeys, String> {
+        self.curve.read_keys(&self.keys).map_err(|problem| format!("keys.{problem}"))
+    }
 }
 
 impl Figure for CurveFigure {
@@ -42,32 +50,18 @@ impl Figure for CurveFigure {
         if self.run.is_some() && !self.series.is_empty() {
             return Err("it has both run and series (accepted: one of them)".to_owned());
         }
-        let CurveKeys { blocks, at_blocks, at_s, after_slips, from_s, to_s, before, after } = &self.keys;
-        let given = [
-            ("blocks", blocks.is_some()),
-            ("at_blocks", !at_blocks.is_empty()),
-            ("at_s", !at_s.is_empty()),
-            ("after_slips", *after_slips),
-            ("from_s", from_s.is_some()),
-            ("to_s", to_s.is_some()),
-            ("before", before.is_some()),
-            ("after", after.is_some()),
-        ];
-        match given.iter().find(|(key, is_given)| *is_given && !self.curve.keys.contains(key)) {
-            Some((key, _)) => Err(format!("keys.{}", self.curve.has_no(key))),
-            None => Ok(()),
-        }
+        self.keys().map(drop)
     }
 
     fn required_data(&self) -> RequiredData {
-        self.curve.required_data(&self.keys)
+        self.keys().map_or(RequiredData::NOTHING, |keys| self.curve.required_data(&keys))
     }
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
-        let NamedCurves { name, y, .. } = *self.curve;
+        let (&NamedCurves { name, y, .. }, keys) = (self.curve, self.keys()?);
         let mut panels: Vec<Vec<Layer>> = vec![Vec::new(); y.len()];
         let mut measured = vec![0; y.len()];
-        for curve in self.curve.of(run, &self.keys)? {
+        for curve in self.curve.of(run, &keys)? {
             let is_labelled = curve.label.is_empty() && curve.axis == 0 && curve.role != Role::Guide;
             let label = if is_labelled { pen.label } else { &curve.label };
             // Several curves of one run differ as those of several runs.
@@ -76,7 +70,8 @@ impl Figure for CurveFigure {
             measured[curve.axis] += usize::from(curve.role == Role::Measured);
             panels[curve.axis].push(layer(name, &curve, pen));
         }
-        let x = Scale::tight(self.curve.across(run)).in_powers(LOGARITHMIC.contains(&name));
+        let across = self.curve.across(run, &keys);
+        let x = Scale::tight(across).in_powers(name == "front-transient" || across == "v (m/s)");
         let panel = |(layers, y): (_, &&str)| Panel::new(x.clone(), Scale::free(y), layers);
         Ok(Sheet::of(panels.into_iter().zip(y).map(panel).collect()))
     }
@@ -96,18 +91,16 @@ impl Figure for CurveFigure {
 }
 
 /// Looks that are not those of the role: kind, beginning of the label, dash and colour.
-const LOOKS: [(&str, &str, Dash, RGBColor); 7] = [
+const LOOKS: [(&str, &str, Dash, RGBColor); 8] = [
     ("loads", "F_N", Dash::Dashed, BLUE),
     ("loads", "F_T", Dash::Solid, RED),
     ("forces", "F_N", Dash::Solid, GREY),
     ("forces", "F_T", Dash::Solid, INK),
+    ("friction", "steady", Dash::Dashed, INK),
     ("slipped", "F_T/F_N", Dash::Dashed, GREY),
     ("junction-forces", "μ_s", Dash::Dashed, GREY),
     ("junction-forces", "μ_d", Dash::DotDashed, GREY),
 ];
-
-/// Kinds with a logarithmic axis across.
-const LOGARITHMIC: [&str; 1] = ["front-transient"];
 
 /// A curve as a layer, drawn with a pen where its role has no look of its own.
 fn layer(name: &str, curve: &Curve, pen: Pen) -> Layer {

@@ -200,7 +200,6 @@ impl Extent {
                 json!({ "keys": { "at_blocks": shown } })
             }
             "onset" => json!({ "blocks": columns, "logarithmic": false }),
-            "friction" => json!({ "against": "velocity" }),
             // At rest: later times are found by taking the steps up to them.
             "slab-field" => json!({ "at_s": [0.0], "shows": "shear-stress" }),
             "area-field" => {

@@ -52,12 +52,8 @@ impl Document<'_> {
         self.with_pictures_from("data:")
     }
 
-    /// Formats a page whose pictures are files beside it, and allows these to be shown.
-    pub fn html_beside_pictures(&self) -> String {
-        self.with_pictures_from("data: 'self' file:")
-    }
-
-    fn with_pictures_from(&self, sources: &str) -> String {
+    /// Formats a page, and allows pictures from these sources to be shown.
+    pub(crate) fn with_pictures_from(&self, sources: &str) -> String {
         let styles = Inline::of(std::iter::once(LOOK).chain(self.parts.iter().map(|part| part.style)));
         let scripts = Inline::of(std::iter::once(BASE).chain(self.parts.iter().map(|part| part.script)));
         let mut out = format!(

@@ -65,7 +65,8 @@ pub(super) fn sheet(gathered: &Gathered, statistic: Statistic, scattered: bool) 
         let [mut none, mut no_run] = [Vec::new(), Vec::new()];
         for ((_, at_x, at_y), runs) in places.iter().filter(|((of, ..), _)| *of == panel) {
             let at = (f64::from_bits(*at_x), f64::from_bits(*at_y));
-            match value(runs).and_then(|value| colours.of_number(value)) {
+            let share = value(runs).and_then(|value| colours.scale.share(value));
+            match share.map(|share| colours.at(share)) {
                 Some(color) if scattered => layers.push(Layer::discs("", vec![at], DISC, color)),
                 Some(color) => {
                     let (nx, ny) = (index(&xs, at.0), index(&ys, at.1));

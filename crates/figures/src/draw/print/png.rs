@@ -32,72 +32,53 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
             page::Paint::Raster(raster) => raster.put(&mut pixels),
         }
     }
-    encode(page, about, &opaque(pixels.data())).map_err(|error| error.to_string())
-}
-
-/// The colours of pixels that are opaque.
-fn opaque(rgba: &[u8]) -> Vec<u8> {
-    let mut rgb = vec![255; rgba.len() / 4 * 3];
-    for (rgb, rgba) in rgb.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
+    // On the white ground all pixels are opaque.
+    let mut rgb = vec![255; pixels.data().len() / 4 * 3];
+    for (rgb, rgba) in rgb.chunks_exact_mut(3).zip(pixels.data().chunks_exact(4)) {
         rgb.copy_from_slice(&rgba[..3]);
     }
-    rgb
+    let mut words = vec![("Title", about.words.title.clone()), ("Description", about.words.caption.clone())];
+    words.extend(about.facts());
+    encoded((page.width, page.height), ColorType::Rgb, &rgb, &words)
 }
 
 /// Pixels alone, for a page that has them within.
 pub(super) fn of_raster(raster: &Raster) -> Result<Vec<u8>, String> {
-    let (width, height) = raster.size();
-    let (kind, samples) = match raster.has_gaps() {
-        true => (ColorType::Rgba, raster.rgba().flatten().collect()),
-        false => (ColorType::Rgb, raster.rgb()),
-    };
-    let mut bytes = Vec::new();
-    let mut write = || {
-        let encoder = packed(&mut bytes, width, height, kind);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&samples)?;
-        writer.finish()
-    };
-    write().map_err(|error| error.to_string())?;
-    Ok(bytes)
+    match raster.has_gaps() {
+        true => encoded(raster.size(), ColorType::Rgba, &raster.rgba().flatten().collect::<Vec<_>>(), &[]),
+        false => encoded(raster.size(), ColorType::Rgb, &raster.rgb(), &[]),
+    }
 }
 
-/// An encoder that compresses not as hard as it could, but by code that does the same on every processor.
-fn packed(bytes: &mut Vec<u8>, width: u32, height: u32, kind: ColorType) -> Encoder<'_, &mut Vec<u8>> {
-    let mut encoder = Encoder::new(bytes, width, height);
+/// A picture, compressed not as hard as it could be, but by code that does the same on every processor; with words for
+/// one that is a page.
+fn encoded(
+    (width, height): (u32, u32),
+    kind: ColorType,
+    samples: &[u8],
+    words: &[(&'static str, String)],
+) -> Result<Vec<u8>, String> {
+    let failed = |error: png::EncodingError| error.to_string();
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
     encoder.set_color(kind);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Up);
-    encoder
-}
-
-fn encode(page: &Page, about: &About, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = packed(&mut bytes, page.width, page.height, ColorType::Rgb);
     let per_metre = (PER_INCH / 0.0254).round() as u32;
-    encoder.set_pixel_dims(Some(PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }));
-    let texts = [("Title", about.words.title.clone()), ("Description", about.words.caption.clone())];
-    let facts = about.facts().into_iter().map(|(word, value)| (keyword(word), value));
-    for (word, text) in texts.map(|(word, text)| (word.to_owned(), text)).into_iter().chain(facts) {
+    let size = PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter };
+    encoder.set_pixel_dims((!words.is_empty()).then_some(size));
+    for (word, text) in words {
         // Only Latin-1 has a place in a text chunk of the older kind.
-        if text.chars().all(|letter| (' '..='~').contains(&letter)) {
-            encoder.add_text_chunk(word, text)?;
-        } else {
-            encoder.add_itxt_chunk(word, text)?;
+        match text.chars().all(|letter| (' '..='~').contains(&letter)) {
+            true => encoder.add_text_chunk((*word).to_owned(), text.clone()),
+            false => encoder.add_itxt_chunk((*word).to_owned(), text.clone()),
         }
+        .map_err(failed)?;
     }
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(rgb)?;
-    writer.finish()?;
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(samples).and_then(|()| writer.finish()).map_err(failed)?;
     Ok(bytes)
-}
-
-/// `code-version` as `Code version`, `software` as the registered `Software`.
-fn keyword(word: &str) -> String {
-    let mut letters = word.chars();
-    let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    first.chain(letters).map(|letter| if letter == '-' { ' ' } else { letter }).collect()
 }
 
 fn paint(RGBAColor(r, g, b, strength): RGBAColor) -> Paint<'static> {

@@ -100,9 +100,9 @@ fn by_every_law_and_drive(one_of: usize) {
             "drive.kind=top",
             "normal_load.tilt=0.3",
         ],
-        &["friction.law=rigid", "friction.drag_at_rest=true"],
         &["slider.relative_damping=0"],
-        &["drive.velocity_m_per_s=0", "initial_velocity.amplitude_m_per_s=0.1"],
+        &["friction.law=rigid", "friction.drag_at_rest=true"],
+        &["initial_velocity.amplitude_m_per_s=0.1"],
         &["friction.law=velocity-weakening", "friction.drag_at_rest=true"],
     ];
     let (mut all, mut leaps) = (0, 0);

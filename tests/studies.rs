@@ -187,7 +187,7 @@ fn equal_results_of_a_run_are_one() {
 fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
     let made = Made::new();
     let lines = body(&made.plan);
-    let figure = "\"figures\":[{\"kind\":{\"family\":{\"joined\":true,\"theory\":null}},\"file\":\"../a.png\",\
+    let figure = "\"figures\":[{\"kind\":{\"family\":{\"joined\":true,\"theory\":false}},\"file\":\"../a.png\",\
                   \"title\":\"\",\"x\":{\"column\":\"normal_load.tilt\",\"label\":\"x\",\"log\":false,\
                   \"is_word\":false},\"y\":{\"column\":\"precursor_count\",\"label\":\"y\",\"log\":false,\
                   \"is_word\":false},\"colour\":null,\"facet\":null,\"is_spread\":false,\"at\":[]}]";

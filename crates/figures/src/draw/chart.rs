@@ -388,7 +388,9 @@ impl Colours {
 impl Panel {
     /// It with axes that hold its layers.
     pub(super) fn fitted(&self) -> Panel {
-        let points: Vec<(f64, f64)> = self.layers.iter().flat_map(Layer::points).collect();
+        // Surfaces go as far as the axes do.
+        let shown = self.layers.iter().filter(|layer| !matches!(layer.shape, Shape::Surface(..)));
+        let points: Vec<(f64, f64)> = shown.flat_map(Layer::points).collect();
         let x = self.x.fitted(points.iter().map(|point| point.0));
         // Only what is on the axis across counts upwards.
         let y = self.y.fitted(points.iter().filter(|point| x.share(point.0).is_some()).map(|point| point.1));

@@ -71,7 +71,10 @@ impl Figure for CurveFigure {
             panels[curve.axis].push(layer(name, &curve, pen));
         }
         let across = self.curve.across(run, &keys);
-        let x = Scale::tight(across).in_powers(name == "front-transient" || across == "v (m/s)");
+        let x = match across {
+            "v (m/s)" => Scale::free_powers(across),
+            _ => Scale::tight(across).in_powers(name == "front-transient"),
+        };
         let panel = |(layers, y): (_, &&str)| Panel::new(x.clone(), Scale::free(y), layers);
         Ok(Sheet::of(panels.into_iter().zip(y).map(panel).collect()))
     }

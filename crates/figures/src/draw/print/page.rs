@@ -120,7 +120,7 @@ impl Page {
         for mut item in other.items {
             item.path = mapped(item.path, moved);
             if let Paint::Raster(raster) = &mut item.paint {
-                raster.shift((left, top));
+                raster.corner = (raster.corner.0 + left as i32, raster.corner.1 + top as i32);
             }
             self.add(item);
         }

@@ -19,7 +19,7 @@ pub(crate) type Cell = (Pixel, Pixel, RGBColor);
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Raster {
     /// Its upper left corner.
-    corner: Pixel,
+    pub(super) corner: Pixel,
     /// Opaque, or transparent where the page shows through.
     pixels: Pixmap,
 }
@@ -43,11 +43,6 @@ impl Raster {
             pixels.fill_rect(rectangle, &paint, Transform::identity(), None);
         }
         Some(Raster { corner: (left, top), pixels })
-    }
-
-    /// Moves it.
-    pub(super) fn shift(&mut self, (x, y): Point) {
-        self.corner = (self.corner.0 + x as i32, self.corner.1 + y as i32);
     }
 
     /// Its upper left corner.

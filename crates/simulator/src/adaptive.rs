@@ -12,7 +12,7 @@
 mod equations;
 mod linear;
 mod rodas4;
-mod state;
+pub(crate) mod state;
 
 pub use state::{AdaptiveState, Crossing};
 

@@ -4,7 +4,7 @@ use asperity_model::Plan;
 use asperity_model::plan::initial_state::Carried;
 use serde::{Deserialize, Serialize};
 
-use crate::adaptive::AdaptiveState;
+use crate::adaptive::state::AdaptiveState;
 use crate::energy::ledger::Ledger;
 use crate::step::junctions::JunctionState;
 

@@ -13,7 +13,7 @@ use asperity_record::Energy;
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{self, After, Blocks, Moved};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::JunctionLoops;
+use crate::step::junctions::loops::JunctionLoops;
 use crate::step::law::{ChainLoops, loops};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};

@@ -27,7 +27,7 @@ use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::JunctionLoops;
+use crate::step::junctions::loops::JunctionLoops;
 use crate::step::law::{ContactLoops, loops, loops_over_area};
 use crate::step::state::SliderState;
 use crate::step::strength::{Load, Strength};

@@ -6,7 +6,8 @@ use asperity_model::{Junctions, Plan, mixed};
 use asperity_record::JunctionTotals;
 use asperity_testkit::DirectContact;
 
-use super::{JunctionLoops, JunctionState, SavedJunctions};
+use super::loops::JunctionLoops;
+use super::{JunctionState, SavedJunctions};
 use crate::kernels::by_all;
 use crate::step::strength::Strength;
 

@@ -273,11 +273,11 @@ impl Plan {
     #[inline]
     pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
         let moved = step.min(hold_step);
-        let way_m = match &self.drive.course {
+        let moved_m = match &self.drive.course {
             None => self.drive.velocity_m_per_s * self.grid.time_s(moved),
             Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
         };
-        self.drive.offset_m + way_m
+        self.drive.offset_m + moved_m
     }
 
     /// The step in which the drive point has stopped or will stop, as known at the start; `u64::MAX` for none.

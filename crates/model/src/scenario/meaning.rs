@@ -20,7 +20,7 @@ const START: &str = "time.start";
 
 /// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
 /// values are refused in scenarios and ignored in logs.
-pub(crate) fn settle(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
+pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
     let entries = refusals.entries;
     let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
     for key in KEYS.iter().filter(|key| law.lacks(key.path)) {

@@ -129,7 +129,7 @@ impl Scenario {
         let mut refusals = Refusals { entries: &entries, files, errors: Vec::new() };
         let mut table = defaults::fill_in(&entries, &mut refusals.errors);
         refusals.none_so_far()?;
-        meaning::settle(&mut table, &mut refusals);
+        meaning::decide_by_law(&mut table, &mut refusals);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");

@@ -2,6 +2,8 @@
 //! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
 //! to 6.12).
 
+use std::collections::BTreeSet;
+
 use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
@@ -23,8 +25,9 @@ keys! {
     measured_label: Option<String>,
 }
 
-/// More events after the first slip of the whole slider are drawn as dots.
+/// Events after the first slip of the whole slider that fall into more parts of the time than these are drawn as dots.
 const MOST_LINES: usize = 40;
+const PARTS: f64 = 600.0;
 
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
@@ -61,9 +64,10 @@ impl Figure for Load {
         // separate lines.
         let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let later = peaks.iter().filter(|load| load.step > global).count();
+        let later = peaks.iter().filter(|load| load.step > global);
+        let later: BTreeSet<u64> = later.map(|load| (load.time_s / duration_s * PARTS) as u64).collect();
         let (before, after): (Vec<_>, Vec<_>) =
-            peaks.into_iter().partition(|load| load.step <= global || later <= MOST_LINES);
+            peaks.into_iter().partition(|load| load.step <= global || later.len() <= MOST_LINES);
         let point = |load: &run_data::Load| (load.time_s, f64::from(load.sliding));
         let points = |peaks: Vec<_>| peaks.into_iter().map(point).collect();
         let x = Scale::between("t (s)", 0.0, duration_s);

@@ -44,7 +44,7 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     if !pictures.is_empty() {
         let mut objects = resources.x_objects();
         for (n, at) in (0..pictures.len()).zip(of_pictures()) {
-            objects.pair(Name(picture_name(n).as_bytes()), at);
+            objects.pair(Name(format!("P{n}").as_bytes()), at);
         }
     }
     resources.finish();
@@ -90,10 +90,6 @@ fn picture(pdf: &mut Pdf, raster: &Raster, at: Ref) {
     if let Some(mask) = mask {
         write(mask, &raster.rgba().map(|[.., opacity]| opacity).collect::<Vec<u8>>(), true);
     }
-}
-
-fn picture_name(n: usize) -> String {
-    format!("P{n}")
 }
 
 /// The name of what sets a strength, in hundredths.
@@ -145,7 +141,7 @@ fn drawn(page: &Page, scale: f32, height: f32) -> Vec<u8> {
                 let (left, bottom) = (x as f32 + WITHIN, y as f32 + height as f32 - WITHIN);
                 let (wide, high) = (width as f32 - 2.0 * WITHIN, height as f32 - 2.0 * WITHIN);
                 content.transform([wide, 0.0, 0.0, -high, left, bottom]);
-                content.x_object(Name(picture_name(pictures).as_bytes()));
+                content.x_object(Name(format!("P{pictures}").as_bytes()));
                 content.restore_state();
                 pictures += 1;
             }

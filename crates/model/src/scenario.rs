@@ -37,7 +37,7 @@ pub use crate::scenario::keys::{
 };
 use crate::scenario::keys::{KEYS, Key, WINDOW};
 
-/// A resolved scenario. See [`KEYS`](crate::scenario::keys::KEYS) for what each field means.
+/// A resolved scenario. See [`KEYS`] for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]

@@ -34,7 +34,7 @@ pub struct JunctionState {
     contacts: Summaries,
 }
 
-/// What the kernel needs of each contact, see [`Bearing`].
+/// What the kernel needs of each contact, see [`crate::kernels::Bearing`].
 #[derive(Debug, Clone, Default)]
 struct Summaries {
     slipping: Vec<u32>,

@@ -125,10 +125,18 @@ pub(crate) fn last_energy(records: &[Record]) -> Energy {
 /// Compares both solvers, whose energies balance, in a run in which rounding decides nothing.
 pub(crate) fn agree(plan: &Plan, what: &str) -> Agreement {
     let mut of_plain = Vec::new();
-    let agreement = equality::compare(plan, |plain, _| of_plain.push(Record::Step(plain.clone())), |_| {})
-        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    let (mut apart_j, mut largest_j) = (0.0, 0.0);
+    let each = |plain: &StepRecord, fast: &StepRecord| {
+        for ((_, plain_j), (_, fast_j)) in plain.energy.parts().zip(fast.energy.parts()) {
+            apart_j = f64::max(apart_j, (plain_j - fast_j).abs());
+            largest_j = f64::max(largest_j, plain_j.abs());
+        }
+        of_plain.push(Record::Step(plain.clone()));
+    };
+    let agreement = equality::compare(plan, each, |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
     assert_eq!(agreement.near_ties, [], "{what}");
-    assert_balanced(&of_plain, 1e-11, what);
+    assert_balanced(&of_plain, 1e-12, what);
+    assert!(apart_j <= 1e-11 * largest_j, "{what}: energies are {apart_j:e} of {largest_j:e} J apart");
     agreement
 }
 

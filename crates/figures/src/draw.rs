@@ -298,9 +298,8 @@ impl<'a> Gathering<'a> {
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts.into_iter().flatten().collect()).map_err(failed)?;
                 let (page, about) = drawn(what, &sheet, origins, self.provenance).map_err(failed)?;
-                let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
-                captions.insert(figure.frame().file.to_owned(), about.words.clone());
-                drop(captions);
+                let file = figure.frame().file.to_owned();
+                self.captions.lock().expect("none panics here").insert(file, about.words.clone());
                 print::write(&page, &about, files, &files_of(&self.folder.join(figure.frame().file)))?;
                 count += 1;
             }

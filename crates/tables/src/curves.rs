@@ -22,12 +22,11 @@ pub fn table(named: &NamedCurves, curves: &[Curve]) -> Table {
     let mut table = Table::new(format!("/curve/{}", named.name), columns);
     let shown = curves.iter().filter(|curve| curve.role != Role::Remark);
     for (number, curve) in (1..).zip(shown) {
-        let label = (!curve.label.is_empty()).then(|| curve.label.clone());
+        let label = if curve.label.is_empty() { Cell::Empty } else { Cell::word(&curve.label) };
         let (role, quantity) = (Cell::word(curve.role.word()), Cell::word(named.y[curve.axis]));
         for point in &curve.points {
             let [x, y] = [point.0, point.1].map(|value| Some(value).filter(|value| !value.is_nan()).cell());
-            let label = label.as_ref().map_or(Cell::Empty, |label| Cell::word(label));
-            table.push([Cell::Count(number), label, role.clone(), quantity.clone(), x, y]);
+            table.push([Cell::Count(number), label.clone(), role.clone(), quantity.clone(), x, y]);
         }
     }
     table

@@ -123,7 +123,10 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
 }
 
 /// A column of states of blocks, the cells of a state in it, and whether the table has it.
-pub(crate) type ArrayColumn<'a> = (Column, Box<dyn ExactSizeIterator<Item = Cell> + 'a>, bool);
+pub(crate) type ArrayColumn<'a> = (Column, Cells<'a>, bool);
+
+/// The cells of several rows in a column.
+pub(crate) type Cells<'a> = Box<dyn ExactSizeIterator<Item = Cell> + 'a>;
 
 fn array(column: Column, values: &[f64], is_there: bool) -> ArrayColumn<'_> {
     (column, Box::new(values.iter().copied().map(Cell::Number)), is_there)

@@ -1,10 +1,12 @@
 //! Records as rows, with the doubles of the log as they are. Events define their own rows.
 
+use std::iter::repeat_n;
+
 use asperity_record::{
     Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
 
-use crate::layout::{ArrayColumn, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
+use crate::layout::{ArrayColumn, Cells, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
 use crate::table::Table;
 
 /// A record with an array that does not have one value per block.
@@ -32,11 +34,11 @@ fn blocks(
     if lengths.iter().any(|length| *length != lengths[0]) {
         return Err(Ragged { topic, step, lengths });
     }
-    let mut arrays: Vec<_> = arrays.into_iter().map(|(_, values, _)| values).collect();
-    for block in (first_block..).take(lengths[0]) {
-        let cells = same.iter().cloned().chain([Cell::Count(block)]);
-        table.push(cells.chain(arrays.iter_mut().filter_map(Iterator::next)));
-    }
+    let rows = lengths[0];
+    let same = same.iter().map(|cell| Box::new(repeat_n(cell.clone(), rows)) as Cells<'_>);
+    let counted = (0..rows).map(|n| Cell::Count(first_block.saturating_add(n as u32)));
+    let arrays = arrays.into_iter().filter(|(.., is_there)| *is_there).map(|(_, values, _)| values);
+    table.push_columns(rows, same.chain([Box::new(counted) as _]).chain(arrays));
     Ok(())
 }
 

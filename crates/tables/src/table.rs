@@ -5,6 +5,8 @@ use std::borrow::Cow;
 
 use asperity_record::{Cell, Column, ColumnKind};
 
+use crate::layout::Cells;
+
 /// The cells of one column; cells may be empty.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
@@ -118,6 +120,17 @@ impl Table {
         let all = pushed + cells.count();
         assert_eq!(all, self.columns.len(), "cells of a row against columns of its table");
         self.rows += 1;
+    }
+
+    /// Adds several rows, given by the cells of each column.
+    ///
+    /// # Panics
+    /// If there are not as many columns as in the table.
+    pub(crate) fn push_columns<'a>(&mut self, rows: usize, columns: impl Iterator<Item = Cells<'a>>) {
+        let pushed =
+            columns.zip(&mut self.values).map(|(cells, values)| cells.for_each(|cell| values.push(cell)));
+        assert_eq!(pushed.count(), self.columns.len(), "columns of rows against those of their table");
+        self.rows += rows;
     }
 
     /// The cells of the columns.

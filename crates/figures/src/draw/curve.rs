@@ -84,10 +84,11 @@ impl Figure for CurveFigure {
         let layers = sheet.panels.iter().flat_map(|panel| &panel.layers);
         let across = sheet.panels[0].x.fitted(layers.flat_map(Layer::points).map(|point| point.0));
         let last = sheet.panels.len() - 1;
-        for (n, panel) in sheet.panels.iter_mut().enumerate() {
+        for panel in &mut sheet.panels {
             panel.layers.sort_by_key(|layer| layer.shape == Shape::Remark);
-            panel.x = if n == last { across.clone() } else { across.clone().unlabelled() };
+            panel.x = across.clone();
         }
+        sheet.panels[..last].iter_mut().for_each(|panel| panel.x.label.clear());
         let layout = if last > 0 { Layout::Stacked } else { Layout::Columns };
         Ok(Sheet { layout, ..sheet })
     }

@@ -38,7 +38,7 @@ impl Figure for FrontSpeed {
         let ratio = speed.map(|speed| speed * (1.0 - at * at).sqrt());
         let [speed, error, ratio] =
             [speed, error, ratio].map(|of| of.map(|of| (at, of)).into_iter().collect());
-        let below = pen.unlabelled();
+        let below = pen.called("");
         let speeds = line.into_iter().chain([pen.marks(speed)]).collect();
         let ratios = vec![below.line(Vec::clone(&ratio)), below.marks(ratio)];
         let tau = |label| Scale::between(label, 0.0, 1.0);

@@ -50,7 +50,7 @@ impl Figure for Lengths {
             found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
         let area = |found: &Precursor<'_>| (found.start.ft_fn_onset, found.area_ratio(run.header.blocks));
         let areas = found.iter().filter(|_| run.of_one_row().is_none()).map(area).collect();
-        let mut layers = vec![pen.unlabelled().discs(areas)];
+        let mut layers = vec![pen.called("").discs(areas)];
         let hold_step = run.plan.drive.hold_from_step;
         match hold_step {
             Some(hold_step) => layers.extend(beside_hold(run, hold_step, &points, &law)?),

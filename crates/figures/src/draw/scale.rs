@@ -49,7 +49,7 @@ const ROOM: f64 = 0.06;
 /// An axis, or a colour bar.
 #[derive(Debug, Clone)]
 pub(crate) struct Scale {
-    label: String,
+    pub(super) label: String,
     from: f64,
     to: f64,
     log: bool,
@@ -107,11 +107,6 @@ impl Scale {
     /// The same, which ends with what is drawn.
     pub(crate) fn tight(label: &str) -> Scale {
         Scale { room: Some(0.0), ..Scale::free(label) }
-    }
-
-    /// It without its label.
-    pub(crate) fn unlabelled(self) -> Scale {
-        Scale { label: String::new(), ..self }
     }
 
     /// The same, logarithmic.

@@ -155,11 +155,6 @@ impl<'a> Pen<'a> {
         Pen { label, look: nth(index) }
     }
 
-    /// One that draws alike and keeps out of the legend.
-    pub(super) fn unlabelled(self) -> Pen<'a> {
-        self.called("")
-    }
-
     /// One that draws alike under another label.
     pub(super) fn called<'b>(self, label: &'b str) -> Pen<'b> {
         Pen { label, look: self.look }

@@ -10,7 +10,7 @@ use std::ops::{Mul, Sub};
 
 use crate::kernels::dense::{LANES, dot, sum_of};
 use crate::kernels::simd::kernel;
-use crate::modes::complex::Complex;
+use num_complex::Complex64 as Complex;
 
 /// Rows that are multiplied with the same earlier rows, while these are at hand.
 pub(crate) const ROWS: usize = 8;

@@ -7,6 +7,7 @@ pub(crate) mod given_state;
 pub mod initial;
 pub mod initial_state;
 pub mod load;
+pub mod outside;
 pub mod slab;
 pub(crate) mod splitmix;
 
@@ -268,83 +269,10 @@ impl Plan {
         ends.filter(|_| places().all(|[column, ..]| column == 0))
     }
 
-    /// Displacement of the drive point at a step, if it stopped in `hold_step` (`u64::MAX` if it has
-    /// not).
-    #[inline]
-    pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
-        let moved = step.min(hold_step);
-        let moved_m = match &self.drive.course {
-            None => self.drive.velocity_m_per_s * self.grid.time_s(moved),
-            Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
-        };
-        self.drive.offset_m + moved_m
-    }
-
     /// The step in which the drive point has stopped or will stop, as known at the start; `u64::MAX` for none.
     pub fn hold_step_at_start(&self) -> u64 {
         let planned = self.drive.hold_from_step.unwrap_or(u64::MAX);
         self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
-    }
-
-    /// Velocity of the drive point at a step, 0 from `hold_step` on, in which it stopped. Between the knots of its
-    /// course it is linear in time, at the rate [`Course::rate`] per step.
-    #[inline]
-    pub fn drive_velocity_m_per_s(&self, step: u64, hold_step: u64) -> f64 {
-        match &self.drive.course {
-            _ if step >= hold_step => 0.0,
-            None => self.drive.velocity_m_per_s,
-            Some(course) => course.value(step, u64::MAX),
-        }
-    }
-
-    /// How far the drive point moves in each step that follows the next one, m, up to
-    /// [`Plan::steady_until_step`].
-    #[inline]
-    pub fn advance_m(&self, step: u64, hold_step: u64) -> f64 {
-        match &self.drive.course {
-            _ if hold_step <= step + 1 => 0.0,
-            None => self.drive.velocity_m_per_s * self.grid.step_s(),
-            Some(course) => course.value(step, u64::MAX) * self.grid.step_s(),
-        }
-    }
-
-    /// How far the drive point moves in the step that ends as `step`, m.
-    #[inline]
-    pub fn drive_step_m(&self, step: u64, hold_step: u64) -> f64 {
-        match &self.drive.course {
-            _ if step > hold_step => 0.0,
-            None => self.drive.velocity_m_per_s * self.grid.step_s(),
-            Some(course) => {
-                // Of the mean velocity: knots are between steps.
-                let [value, rate] = [course.value(step - 1, u64::MAX), course.rate(step - 1, u64::MAX)];
-                (value + 0.5 * rate) * self.grid.step_s()
-            }
-        }
-    }
-
-    /// The last step up to which the drive point accelerates; none where its velocity is constant in the next step.
-    pub fn accelerates_until_step(&self, step: u64, hold_step: u64) -> Option<u64> {
-        let course = self.drive.course.as_ref()?;
-        let changes = step < hold_step && course.rate(step, u64::MAX) != 0.0;
-        changes.then(|| course.next_knot(step, u64::MAX).min(hold_step))
-    }
-
-    /// The normal load of a step, over that of the start.
-    #[inline]
-    pub fn load_factor(&self, step: u64, hold_step: u64) -> f64 {
-        self.load_course.value(step, hold_step)
-    }
-
-    /// The last step up to which drive point and load change at the rates of the two steps after `step`;
-    /// `u64::MAX` if they never change, and `step` itself while the drive point accelerates.
-    pub fn steady_until_step(&self, step: u64, hold_step: u64) -> u64 {
-        let stop = if hold_step > step + 1 { hold_step } else { u64::MAX };
-        let steady = stop.min(self.load_course.next_knot(step + 1, hold_step));
-        match &self.drive.course {
-            Some(_) if self.accelerates_until_step(step, hold_step).is_some() => step,
-            Some(course) if step < hold_step => steady.min(course.next_knot(step, u64::MAX)),
-            _ => steady,
-        }
     }
 
     /// `k_t` of each contact over that without disorder; empty where all are alike.
@@ -366,55 +294,6 @@ impl Plan {
     /// Whether the normal load of each contact follows from the load at the start and one course of all.
     pub fn has_given_loads(&self) -> bool {
         !self.elastic.has_foundation() && self.contact_load_course.is_none()
-    }
-
-    /// The normal load of each contact in a step, N; of a body on a foundation, as if it rested under its load.
-    pub fn loads_n(&self, step: u64, hold_step: u64) -> Vec<f64> {
-        let course = self.contact_load_course.as_ref();
-        let mut loads_n = course.map_or_else(|| vec![1.0; self.blocks], |course| course.values(step));
-        let factor = self.load_factor(step, hold_step);
-        for (load_n, at_start_n) in loads_n.iter_mut().zip(&self.normal_load_n) {
-            *load_n *= factor * at_start_n;
-        }
-        loads_n
-    }
-
-    /// The forces from outside on all blocks besides the drive in a step, N; empty for none.
-    pub fn outside_n(&self, step: u64) -> Vec<f64> {
-        let Some(course) = &self.prestress_course else { return self.prestress_n.clone() };
-        let mut forces_n = course.values(step);
-        forces_n.iter_mut().zip(&self.prestress_n).for_each(|(force, constant)| *force += constant);
-        forces_n
-    }
-
-    /// Adds the forces from outside in a step to those on the contacts: of the drive, the prestress, and the bonds at the
-    /// ends of a chain.
-    pub fn add_outside_n(&self, force_n: &mut [f64], [u, v]: [&[f64]; 2], step: u64, hold_step: u64) {
-        let point_m = self.drive_point_m(step, hold_step);
-        // In a lattice, other nodes than contacts may be driven.
-        for spring in self.drive.springs.iter().filter(|spring| spring.block < self.blocks) {
-            force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        force_n.iter_mut().zip(self.outside_n(step)).for_each(|(force, prestress)| *force += prestress);
-        force_n[0] += self.drive_force_n(step, hold_step).unwrap_or(0.0);
-        for bond in &self.end_bonds {
-            bond.add(bond.pull_n(u, v), force_n);
-        }
-    }
-
-    /// The force that drives block 1 instead of a spring in a step, N; `None` for a drive by springs.
-    #[inline]
-    pub fn drive_force_n(&self, step: u64, hold_step: u64) -> Option<f64> {
-        self.drive.force_n.as_ref().map(|force_n| force_n.value(step.min(hold_step), u64::MAX))
-    }
-
-    /// The total normal load of a step, over that of the start.
-    pub fn total_load_factor(&self, step: u64, hold_step: u64) -> f64 {
-        let factor = self.load_factor(step, hold_step);
-        let Some(course) = &self.contact_load_course else { return factor };
-        let borne =
-            course.values(step).into_iter().zip(&self.normal_load_n).map(|(factor, load_n)| factor * load_n);
-        factor * (borne.sum::<f64>() / self.normal_load_n.iter().sum::<f64>())
     }
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.

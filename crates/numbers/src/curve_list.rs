@@ -399,7 +399,7 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         let at = block.checked_sub(record.first_block)? as usize;
         let (slip_m, m_per_s) = (*record.displacement_m.get(at)?, *record.velocity_m_per_s.get(at)?);
         let friction_n = record.tangential_force_n.get(at)? - law.radiation_kg_per_s * m_per_s;
-        let load_n = run.plan.loads_n(record.step, hold_step)[place];
+        let load_n = run.plan.outside(record.step, hold_step).loads_n()[place];
         Some([record.time_s, slip_m, m_per_s, friction_n / load_n])
     };
     let mut course: Vec<[f64; 4]> = run.windows()?.iter().filter_map(of).collect();

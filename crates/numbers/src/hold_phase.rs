@@ -34,7 +34,7 @@ pub(crate) fn longest_flank<'a>(run: &RunEvents, loads: &'a [Load], side: Side) 
         let Some(from) = pair[0].end_step else { continue };
         let to = pair[1].onset_step - 1;
         let is_even = run.plan.load_course.next_knot(from, hold_step) >= to
-            && run.plan.load_factor(from, hold_step) != run.plan.load_factor(to, hold_step);
+            && run.plan.outside(from, hold_step).load() != run.plan.outside(to, hold_step).load();
         if side == Side::AfterHold && !is_even {
             continue;
         }

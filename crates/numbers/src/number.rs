@@ -140,7 +140,7 @@ mod tests {
             let step = n * 100_000 + 50_000;
             StepRecord {
                 driving_force_n: 80.0 * run.plan.grid.time_s(step.min(10_000_000)),
-                normal_load_n: 400.0 * run.plan.load_factor(step, 10_000_000),
+                normal_load_n: run.plan.outside(step, 10_000_000).load().scaled_n(400.0),
                 ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
             }
         });

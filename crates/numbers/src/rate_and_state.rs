@@ -21,7 +21,7 @@ fn last_step(run: &RunEvents) -> u64 {
 fn velocities_m_per_s(run: &RunEvents) -> [f64; 2] {
     let plan = &run.plan;
     let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
-    [plan.drive.velocity_m_per_s, plan.drive_velocity_m_per_s(plan.steps, hold_step)]
+    [plan.drive.velocity_m_per_s, plan.outside(plan.steps, hold_step).velocity_m_per_s()]
 }
 
 /// Friction over normal load of steady sliding at the last velocity of the drive.

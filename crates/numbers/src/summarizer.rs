@@ -263,7 +263,7 @@ impl Summarizer {
     /// The sum of the displacements of the blocks at a record of a step and its `F_T`, m.
     fn displacement_m(&self, (step, driving_force_n): (u64, f64)) -> Option<f64> {
         let plan = self.driven.as_ref()?;
-        let point_m = plan.drive_point_m(step, plan.drive.hold_from_step.unwrap_or(u64::MAX));
+        let point_m = plan.outside(step, plan.drive.hold_from_step.unwrap_or(u64::MAX)).point_m;
         let stretch_m = driving_force_n / plan.drive.springs.first()?.stiffness_n_per_m;
         Some(plan.blocks as f64 * point_m - stretch_m)
     }

@@ -19,9 +19,10 @@ pub use state::{AdaptiveState, Crossing};
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::plan::outside::Driving;
 use asperity_record::Energy;
 
-use crate::adaptive::equations::{Equations, Outside, StepEnd, Unknowns};
+use crate::adaptive::equations::{DriveAndLoad, Equations, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::energy::ledger::Sum;
 use crate::records::counters::Counters;
@@ -29,7 +30,6 @@ use crate::records::pace::{Pace, Snapshot};
 use crate::records::recorder::Recorder;
 use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
-use crate::step::single_step::Driving;
 use crate::step::state::SliderState;
 
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
@@ -61,7 +61,7 @@ pub(crate) struct Adaptive {
     begin: StepEnd,
     end: StepEnd,
     /// The beginning of the piece of the courses of drive and load in which the step is.
-    piece: Outside,
+    piece: DriveAndLoad,
     /// Whether each block is above the event speed at the end of the step.
     is_above: Vec<bool>,
     /// Crossings after the last grid step, ascending.
@@ -93,7 +93,7 @@ impl Adaptive {
             next_step_s: 0.0,
             begin: StepEnd::zeros(blocks),
             end: StepEnd::zeros(blocks),
-            piece: Outside::default(),
+            piece: DriveAndLoad::default(),
             is_above: vec![false; blocks],
             crossings: Vec::new(),
             within: Unknowns::zeros(blocks),
@@ -173,7 +173,7 @@ impl Adaptive {
 
     /// Begins the piece of the courses at a grid step.
     fn begin_piece(&mut self, step: u64) {
-        self.piece = Outside::from_step(&self.plan, step);
+        self.piece = DriveAndLoad::from_step(&self.plan, step);
         self.equations.begin_piece(&self.plan, step);
     }
 
@@ -365,7 +365,7 @@ impl Adaptive {
         self.counters.covered_steps += step - slider.step;
         slider.step = step;
         slider.sliding = slider.detached;
-        let point_m = plan.drive_point_m(step, slider.hold_step);
+        let point_m = plan.outside(step, slider.hold_step).point_m;
         let (behind_m, _, state, _) = self.within.parts();
         for n in 0..plan.blocks {
             slider.displacement_m[n] = behind_m[n] + point_m;
@@ -374,7 +374,7 @@ impl Adaptive {
             slider.friction_state[n] = state[n];
         }
         if !plan.has_given_loads() {
-            slider.normal_load_n = plan.loads_n(step, slider.hold_step);
+            slider.normal_load_n = plan.outside(step, slider.hold_step).loads_n();
         }
         let due = self.crossings.partition_point(|crossing| crossing.step <= step);
         let mut switched = Vec::new();
@@ -390,7 +390,7 @@ impl Adaptive {
         let energy = self.energy();
         let springs = plan.drive.springs.iter();
         let total_n = springs.map(|spring| -spring.stiffness_n_per_m * behind_m[spring.block]).sum();
-        let driving = Driving { total_n, ends_n: None };
+        let driving = Driving { total_n, ..Driving::default() };
         if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
             let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());
             self.slider.peak_velocity_m_per_s = Some(speeds.fold(0.0, f64::max));

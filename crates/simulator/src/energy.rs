@@ -45,7 +45,7 @@ pub(crate) mod ledger;
 
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
-use asperity_model::body::ends::{EndBond, absorbing_kg_per_s};
+use asperity_model::body::ends::absorbing_kg_per_s;
 use asperity_record::Energy;
 
 use crate::energy::ledger::{Ledger, Span};
@@ -98,9 +98,6 @@ impl Radiated {
     }
 }
 
-/// How the bond of an end pulls in a state, or in changes of one.
-type PullOfEnd = fn(&EndBond, &[f64], &[f64]) -> f64;
-
 /// Keeps the ledger of a state.
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
@@ -131,12 +128,10 @@ pub(crate) struct Accounts {
 #[derive(Debug, Clone)]
 struct Map {
     from_step: u64,
+    /// The last step that it may include.
     until_step: u64,
-    /// Whether the drive point keeps moving.
-    moves: bool,
-    /// The drive point in the first step, and how far it moves in each that follows.
-    point_m: f64,
-    advance_m: f64,
+    /// The step in which the drive point stops, as known in the first.
+    hold_step: u64,
     ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     sigma: Vec<f64>,
@@ -173,9 +168,7 @@ impl Accounts {
             map: Map {
                 from_step: 0,
                 until_step: 0,
-                moves: false,
-                point_m: 0.0,
-                advance_m: 0.0,
+                hold_step: u64::MAX,
                 ramp: Ramp::FLAT,
                 sigma: zeros(),
                 spring: zeros(),
@@ -305,14 +298,14 @@ impl Accounts {
         first_m: impl Fn(usize) -> f64,
     ) {
         let moving = steps.min(state.hold_step.saturating_sub(from_step));
-        let advance_m = plan.advance_m(from_step, u64::MAX);
+        let outside = plan.outside(from_step + 1, u64::MAX);
+        let advance_m = outside.advance_m();
         if moving == 0 || advance_m == 0.0 {
             return;
         }
         let count = moving as f64;
-        let point_m = plan.drive_point_m(from_step + 1, u64::MAX);
         // Sum over the midpoints of the point's way in each step.
-        let points_m = count * (point_m + 0.5 * advance_m * (count - 2.0));
+        let points_m = count * (outside.point_m + 0.5 * advance_m * (count - 2.0));
         let mut force_n = 0.0;
         for spring in &plan.drive.springs {
             // If the point stops within the span, it does so in the first step.
@@ -405,14 +398,7 @@ impl Accounts {
         let kt = if state.junctions.is_some() { &self.zeros } else { &plan.friction.springs_n_per_m };
         let [square, elastic_j] =
             kernels::stored(&self.chain, u, v, &state.stick_position_m, &state.slip, kt);
-        let point_m = plan.drive_point_m(state.step, state.hold_step);
-        let springs = plan.drive.springs.iter();
-        let drive_j: f64 = springs
-            .map(|spring| {
-                let stretch_m = spring.direction * point_m - state.displacement_m[spring.block];
-                0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
-            })
-            .sum();
+        let drive_j: f64 = plan.outside(state.step, state.hold_step).springs_j(u).sum();
         let junctions = state.junctions.iter();
         let held_j: f64 = junctions
             .map(|junctions| (0..plan.blocks).map(|n| junctions.energy_j(plan, n, u[n])).sum::<f64>())
@@ -425,13 +411,10 @@ impl Accounts {
         let one_way = plan.friction.law.affine().is_some_and(|form| form.forward_only);
         let map = &mut self.map;
         map.from_step = from_step;
-        map.until_step = plan.steady_until_step(from_step, state.hold_step);
-        map.moves = state.hold_step > from_step + 1;
-        map.point_m = plan.drive_point_m(from_step + 1, state.hold_step);
-        map.advance_m = plan.advance_m(from_step, state.hold_step);
-        if !plan.load_course.is_constant() {
-            map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
-        }
+        map.hold_step = state.hold_step;
+        let outside = plan.outside(from_step + 1, map.hold_step);
+        map.until_step = outside.steady_until_step();
+        map.ramp = outside.ramp();
         map.slides = state.detached > 0;
         map.is_directed = kernels::classify(
             &mut map.sigma,
@@ -463,23 +446,8 @@ impl Accounts {
             }
         }
         // The next step, as if the span continued.
-        let advance_m = map.advance_m;
-        let point_m = match plan.drive.course {
-            Some(_) => map.point_m + (state.step - map.from_step) as f64 * advance_m,
-            None => {
-                let hold_step = if map.moves { u64::MAX } else { state.hold_step };
-                plan.drive_point_m(state.step + 1, hold_step)
-            }
-        };
-        let pull = |force_n: &mut [f64], u: &[f64], v: &[f64], point_m: f64, of_end: PullOfEnd| {
-            kernels::pull(force_n, u, v, chain);
-            for spring in &plan.drive.springs {
-                force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-            }
-            for bond in &plan.end_bonds {
-                bond.add(of_end(bond, u, v), force_n);
-            }
-        };
+        let outside = plan.outside(map.from_step + 1, map.hold_step);
+        let advance_m = outside.advance_m();
         let difference = |force_n: &mut [f64], held: &Held<'_>, [d_u, d_v]: [&mut Vec<f64>; 2]| {
             if radiation > 0.0 {
                 kernels::radiate(force_n, held.v, held.sigma, radiation);
@@ -494,10 +462,8 @@ impl Accounts {
                 }
             }
         };
-        pull(force_n, u, v, point_m, EndBond::pull_n);
-        for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
-            *force += prestress;
-        }
+        kernels::pull(force_n, u, v, chain);
+        outside.continued(state.step - map.from_step).add_n(force_n, [u, v]);
         let held = Held {
             u,
             v,
@@ -532,7 +498,8 @@ impl Accounts {
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
             let advance_m = if order == 1 { advance_m } else { 0.0 };
-            pull(force_n, d_u, d_v, advance_m, EndBond::pull_of_changes);
+            kernels::pull(force_n, d_u, d_v, chain);
+            plan.add_change_n(force_n, [d_u, d_v], advance_m);
             if order == 1 && map.slides && !map.ramp.is_flat() {
                 for ((force, friction), sigma) in force_n.iter_mut().zip(friction_n).zip(&map.sigma) {
                     *force -= map.ramp.change_n(*friction) * sigma;

@@ -75,6 +75,5 @@ pub use records::solver::{Next, SimulationError, Solver};
 pub use records::stop::Stop;
 pub use step::junctions::JunctionState;
 pub use step::plain::Plain;
-pub use step::single_step::Driving;
 pub use step::state::SliderState;
 pub use step::strength::threshold_n;

@@ -133,12 +133,12 @@ impl DirectChain {
         let dt = plan.grid.step_s();
         plan.elastic.as_chain().expect("a chain").pull(tau_n, u, v);
         for spring in &plan.drive.springs {
-            tau_n[spring.block] += spring.force_n(plan.drive_point_m(*step, u64::MAX), u[spring.block]);
+            tau_n[spring.block] += spring.force_n(plan.outside(*step, u64::MAX).point_m, u[spring.block]);
         }
         for (tau_n, prestress_n) in tau_n.iter_mut().zip(&plan.prestress_n) {
             *tau_n += prestress_n;
         }
-        let factor = plan.load_factor(*step, u64::MAX);
+        let factor = plan.outside(*step, u64::MAX).load().scaled_n(1.0);
         for (n, contact) in contacts.iter_mut().enumerate() {
             let normal_load_n = plan.normal_load_n[n] * factor;
             let friction_n = contact.pull_n(*step, u[n], normal_load_n);

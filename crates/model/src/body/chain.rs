@@ -3,6 +3,7 @@
 use crate::body::elastic::Chain;
 pub use crate::body::elastic::Stiffness;
 use crate::plan::Plan;
+use crate::plan::outside::Outside;
 
 impl Stiffness {
     /// The stiffness of a plan's chain with every contact stuck by a friction spring.
@@ -52,30 +53,22 @@ impl SteadyLoading {
         SteadyLoading { advance_m, velocity_m_per_s, viscous_n }
     }
 
-    /// `a`, the displacements before the step with the drive point at `point_m`:
-    /// `M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n d_n point`, with the dashpots of the ends in `eta L` and
-    /// their springs, relaxed elsewhere than at 0, among the forces.
+    /// `a`, the displacements before a step: `M a = k_t u_stick + eta L v_q + F`, with the forces `F` from outside in that step on
+    /// blocks at rest at 0, and the dashpots of the ends in `eta L`.
     pub fn position_m(
         &self,
         plan: &Plan,
         stiffness: &Stiffness,
         stick_position_m: &[f64],
-        point_m: f64,
+        outside: Outside<'_>,
         position_m: &mut [f64],
     ) {
         let springs = &plan.friction.springs_n_per_m;
         for (n, position) in position_m.iter_mut().enumerate() {
             *position = self.viscous_n[n] + springs[n] * stick_position_m[n];
         }
-        for spring in &plan.drive.springs {
-            position_m[spring.block] += spring.force_n(point_m, 0.0);
-        }
-        for (position, prestress) in position_m.iter_mut().zip(&plan.prestress_n) {
-            *position += prestress;
-        }
-        for bond in &plan.end_bonds {
-            bond.add(bond.stiffness_n_per_m * bond.rest_m, position_m);
-        }
+        let nowhere = vec![0.0; plan.blocks];
+        outside.add_n(position_m, [&nowhere, &nowhere]);
         stiffness.solve(position_m);
     }
 }

@@ -507,17 +507,14 @@ mod tests {
             (3.0, 0.0, 7e-4),
             (9.0, 0.0, 7e-4),
         ] {
-            is(plan.drive_velocity_m_per_s(at(time_s), u64::MAX), velocity);
-            is(plan.drive_point_m(at(time_s), u64::MAX), point_m);
+            is(plan.outside(at(time_s), u64::MAX).velocity_m_per_s(), velocity);
+            is(plan.outside(at(time_s), u64::MAX).point_m, point_m);
         }
         // It stops where it is held.
-        is(plan.drive_velocity_m_per_s(at(2.5), at(2.5)), 0.0);
-        is(plan.drive_point_m(at(9.0), at(2.5)), 5.75e-4);
+        is(plan.outside(at(2.5), at(2.5)).velocity_m_per_s(), 0.0);
+        is(plan.outside(at(9.0), at(2.5)).point_m, 5.75e-4);
         let constant = Plan::new(&Scenario::resolve(&ScenarioSource::new("test", "")).unwrap());
-        assert_eq!(
-            [constant.drive_velocity_m_per_s(7, 8), constant.drive_velocity_m_per_s(8, 8)],
-            [1e-4, 0.0]
-        );
+        assert_eq!([7, 8].map(|step| constant.outside(step, 8).velocity_m_per_s()), [1e-4, 0.0]);
     }
 
     #[test]

@@ -370,7 +370,7 @@ mod tests {
         assert_eq!(plan.initial.step, 25_000_000);
         assert_eq!(plan.initial.displacement_m, [1e-6, 0.0, 0.0]);
         assert_eq!(plan.initial.velocity_m_per_s, [0.0; 3]);
-        assert_eq!(plan.drive_point_m(plan.initial.step, u64::MAX), 2.5e-5);
+        assert_eq!(plan.outside(plan.initial.step, u64::MAX).point_m, 2.5e-5);
         // Anchors that hold the blocks: block 1 is pulled by its neighbour and by the drive.
         let held_n = plan.friction.interfacial_stiffness_n_per_m * (1e-6 - plan.initial.stick_position_m[0]);
         let pull_n = -plan.elastic.stiffness_n_per_m * 1e-6 + 8e5 * (2.5e-5 - 1e-6);

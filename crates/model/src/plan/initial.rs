@@ -104,11 +104,11 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
     // Other bodies begin at rest.
     let Some(chain) = plan.elastic.as_chain() else { return };
     let stiffness = Stiffness::of(plan, &chain);
-    let steady = SteadyLoading::of(plan, &stiffness, plan.advance_m(0, u64::MAX));
+    let steady = SteadyLoading::of(plan, &stiffness, plan.outside(0, u64::MAX).advance_m());
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];
     // The first step starts from these positions.
-    steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
+    steady.position_m(plan, &stiffness, &anchors, plan.outside(1, u64::MAX), &mut position_m);
     let mut steps = plan.steps as f64 - 1.0;
     for n in 0..plan.blocks {
         let kt = plan.friction.springs_n_per_m[n];
@@ -182,9 +182,9 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
     if let Some(from) = &carried.drive {
         // A drive without changes gives that point to the bit.
         plan.drive.offset_m = from.offset_m;
-        if plan.drive_point_m(step, carried.hold_step) != from.point_m {
+        if plan.outside(step, carried.hold_step).point_m != from.point_m {
             plan.drive.offset_m = 0.0;
-            plan.drive.offset_m = from.point_m - plan.drive_point_m(step, carried.hold_step);
+            plan.drive.offset_m = from.point_m - plan.outside(step, carried.hold_step).point_m;
         }
         if from.rest_m.len() == plan.drive.springs.len() {
             plan.drive
@@ -209,7 +209,7 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
         let u = &plan.initial.displacement_m;
         let mut pull_n = plan.elastic.tangential_force_n(u);
         let at_start = [u, &plan.initial.velocity_m_per_s].map(|values| &values[..]);
-        plan.add_outside_n(&mut pull_n, at_start, step, carried.hold_step);
+        plan.outside(step, carried.hold_step).add_n(&mut pull_n, at_start);
         let anchor = |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
         let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
         plan.initial.stick_position_m = springs.map(anchor).collect();
@@ -230,17 +230,17 @@ pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
     let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
     let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
     let mut pull_n: Vec<f64> = plan
-        .loads_n(0, u64::MAX)
+        .outside(0, u64::MAX)
+        .loads_n()
         .iter()
         .zip(&plan.initial.state)
         .map(|(p, state)| {
             -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
         })
         .collect();
-    for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
-        *pull += prestress;
-    }
-    chain.stuck(&vec![0.0; plan.blocks], &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
+    let still = vec![0.0; plan.blocks];
+    plan.outside(0, u64::MAX).add_n(&mut pull_n, [&still, &still]);
+    chain.stuck(&still, &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
     plan.initial.stick_position_m.clone_from(&pull_n);
     plan.initial.displacement_m = pull_n;
     plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];

@@ -209,7 +209,7 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
 fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let force_n = slab::shear_sizes_at_start_n(plan);
     let threshold_n = &plan.friction.static_threshold_n;
-    let loads_n = plan.loads_n(0, u64::MAX);
+    let loads_n = plan.outside(0, u64::MAX).loads_n();
     let ratio = |n: usize| force_n[n] / (threshold_n[n] * (loads_n[n] / plan.normal_load_n[n]));
     if plan.friction.law.junctions().is_some() || !plan.friction.law.word().sticks() {
         return None;

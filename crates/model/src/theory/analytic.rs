@@ -7,6 +7,7 @@
 use crate::plan::Plan;
 use crate::plan::disorder::Quantity;
 use crate::plan::initial;
+use crate::plan::load::Load;
 use crate::scenario::Scenario;
 use crate::scenario::choices::DriveKind;
 
@@ -305,7 +306,8 @@ impl LoadCurve {
         }
         let plan = Plan::new(scenario);
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
-        let is_constant = [0, 1, 2].iter().all(|&step| plan.load_factor(step, hold_step) == 1.0);
+        let is_constant =
+            [0, 1, 2].iter().all(|&step| plan.outside(step, hold_step).load() == Load::OF_START);
         is_constant.then(|| LoadCurve {
             drive_n_per_m: scenario.drive.stiffness_n_per_m,
             velocity_m_per_s: plan.drive.velocity_m_per_s,
@@ -313,7 +315,7 @@ impl LoadCurve {
             normal_load_n: plan.total_normal_load_n,
             mu_d,
             theta: scenario.normal_load.tilt,
-            until_s: plan.grid.time_s(plan.steady_until_step(0, hold_step).min(plan.steps)),
+            until_s: plan.grid.time_s(plan.outside(0, hold_step).steady_until_step().min(plan.steps)),
             until_ratio: plan.drive.until_load_ratio.unwrap_or(f64::INFINITY),
         })
     }

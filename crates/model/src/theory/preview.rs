@@ -23,6 +23,7 @@ use serde::Serialize;
 
 use crate::body::chain::Stiffness;
 use crate::plan::Plan;
+use crate::plan::load::Ramp;
 use crate::plan::slab;
 use crate::scenario::choices::Start;
 use crate::scenario::{Scenario, Time};
@@ -157,20 +158,18 @@ struct Stretch {
     steps: f64,
     point_m: f64,
     point_m_per_step: f64,
-    factor: f64,
-    factor_per_step: f64,
+    load: Ramp,
 }
 
 impl Stretch {
     /// A force after some of its steps.
     fn value_n(&self, force: Linear, steps: f64) -> f64 {
-        let factor = self.factor + self.factor_per_step * steps;
         let point_m = self.point_m + self.point_m_per_step * steps;
-        force.fixed_n + force.per_factor * factor + force.per_m * point_m
+        force.fixed_n + self.load.ahead(steps).scaled_n(force.per_factor) + force.per_m * point_m
     }
 
     fn change_n_per_step(&self, force: Linear) -> f64 {
-        force.per_factor * self.factor_per_step + force.per_m * self.point_m_per_step
+        self.load.change_n(force.per_factor) + force.per_m * self.point_m_per_step
     }
 
     /// After how many of its steps, or others, a force reaches a limit.
@@ -207,30 +206,20 @@ const CHORDS: u64 = 64;
 fn stretches(plan: &Plan, hold_step: u64) -> Vec<Stretch> {
     let (mut all, mut step) = (Vec::new(), 0);
     loop {
-        let stop = if hold_step > step { hold_step } else { u64::MAX };
-        let mut end = stop.min(plan.load_course.next_knot(step, hold_step));
-        if let Some(course) = &plan.drive.course {
-            end = end.min(course.next_knot(step, u64::MAX));
-            if let Some(until_step) = plan.accelerates_until_step(step, hold_step) {
-                // As on chords, which leave out a share of 1e-5 of the way.
-                end = end.min(step + ((until_step - step) / CHORDS).max(1));
-            }
+        let outside = plan.outside(step, hold_step);
+        let (mut end, mut point_m_per_step) = (outside.until_step(), outside.advance_m());
+        if outside.acceleration() != 0.0 {
+            // As on chords, which leave out a share of 1e-5 of the way.
+            end = step + ((end - step) / CHORDS).max(1);
+            point_m_per_step = (plan.outside(end, hold_step).point_m - outside.point_m) / (end - step) as f64;
         }
         let is_last = end == u64::MAX;
         all.push(Stretch {
             from_step: step as f64,
             steps: if is_last { f64::INFINITY } else { (end - step) as f64 },
-            point_m: plan.drive_point_m(step, hold_step),
-            point_m_per_step: match plan.accelerates_until_step(step, hold_step) {
-                Some(_) => {
-                    let points_m = [step, end].map(|step| plan.drive_point_m(step, hold_step));
-                    (points_m[1] - points_m[0]) / (end - step) as f64
-                }
-                None if hold_step > step => plan.drive_velocity_m_per_s(step, hold_step) * plan.grid.step_s(),
-                None => 0.0,
-            },
-            factor: plan.load_factor(step, hold_step),
-            factor_per_step: plan.load_course.rate(step, hold_step),
+            point_m: outside.point_m,
+            point_m_per_step,
+            load: outside.ramp(),
         });
         if is_last {
             return all;

@@ -244,7 +244,7 @@ fn a_branch_of_a_branch_goes_on_and_another_velocity_begins_where_the_point_is()
     let faster_sets = [&from(&log), &*at(&scenario, first), "drive.velocity_m_per_s=0.01"];
     let faster = accepted("default", &[&CHAIN[..], &faster_sets].concat());
     let [before, after] = [&scenario, &faster].map(Plan::new);
-    let point_m = |plan: &Plan, step| plan.drive_point_m(step, u64::MAX);
+    let point_m = |plan: &Plan, step| plan.outside(step, u64::MAX).point_m;
     assert!((point_m(&before, first) / point_m(&after, first) - 1.0).abs() < 1e-14);
     let way_m = point_m(&after, first + 1000) - point_m(&after, first);
     assert!((way_m / (0.01 * 1000.0 * 4e-7) - 1.0).abs() < 1e-9, "{way_m}");
@@ -258,7 +258,7 @@ fn a_branch_of_a_branch_goes_on_and_another_velocity_begins_where_the_point_is()
     let held = [&from(&log), &*at(&scenario, second), "drive.hold_from_s=0.01"];
     let held = accepted("default", &[&CHAIN[..], &held].concat());
     assert_eq!(
-        Plan::new(&held).drive_point_m(second + 9, Plan::new(&held).hold_step_at_start()),
+        Plan::new(&held).outside(second + 9, Plan::new(&held).hold_step_at_start()).point_m,
         point_m(&before, second)
     );
 }

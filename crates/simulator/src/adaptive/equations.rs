@@ -80,18 +80,18 @@ pub(super) struct StepEnd {
     pub(super) at: Unknowns,
     pub(super) contacts: Vec<Contact>,
     pub(super) rates: Unknowns,
-    pub(super) outside: Outside,
+    pub(super) outside: DriveAndLoad,
 }
 
 impl StepEnd {
     pub(super) fn zeros(blocks: usize) -> StepEnd {
         let zeros = || Unknowns::zeros(blocks);
         let contacts = vec![Contact::default(); blocks];
-        StepEnd { at: zeros(), contacts, rates: zeros(), outside: Outside::default() }
+        StepEnd { at: zeros(), contacts, rates: zeros(), outside: DriveAndLoad::default() }
     }
 
     /// Evaluates the equations at `at`, for a step that begins there.
-    pub(super) fn prepare(&mut self, equations: &mut Equations, outside: Outside) {
+    pub(super) fn prepare(&mut self, equations: &mut Equations, outside: DriveAndLoad) {
         self.outside = outside;
         equations.evaluate(&mut self.at, outside);
         equations.rates(&self.at, outside, &mut self.rates);
@@ -101,7 +101,7 @@ impl StepEnd {
 
 /// Drive and load at one time, and their rates in the piece between two knots of their courses.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Outside {
+pub(super) struct DriveAndLoad {
     /// When the piece begins, s.
     pub(super) from_s: f64,
     /// The knot at its end, a grid step; `u64::MAX` for none.
@@ -118,35 +118,30 @@ pub(super) struct Outside {
     pub(super) since_s: f64,
 }
 
-impl Outside {
+impl DriveAndLoad {
     /// At the beginning of the piece that begins at a grid step.
-    pub(super) fn from_step(plan: &Plan, step: u64) -> Outside {
-        let hold_step = plan.hold_step_at_start();
+    pub(super) fn from_step(plan: &Plan, step: u64) -> DriveAndLoad {
+        let outside = plan.outside(step, plan.hold_step_at_start());
         let per_s = 1.0 / plan.grid.step_s();
-        let moves = plan.drive.course.as_ref().filter(|_| step < hold_step);
-        let stop_step = if step < hold_step { hold_step } else { u64::MAX };
-        let turn_step = moves.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
-        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
-        let knots = [plan.load_course.next_knot(step, hold_step), stop_step, turn_step];
-        Outside {
+        DriveAndLoad {
             from_s: plan.grid.time_s(step),
-            until_step: knots.into_iter().fold(of_contacts, u64::min),
-            drive_m_per_s: plan.drive_velocity_m_per_s(step, hold_step),
-            drive_m_per_s2: moves.map_or(0.0, |course| course.rate(step, u64::MAX)) * per_s,
-            load: plan.load_factor(step, hold_step),
-            load_per_s: plan.load_course.rate(step, hold_step) * per_s,
+            until_step: outside.until_step(),
+            drive_m_per_s: outside.velocity_m_per_s(),
+            drive_m_per_s2: outside.acceleration() * per_s,
+            load: outside.load().scaled_n(1.0),
+            load_per_s: outside.ramp().change_n(1.0) * per_s,
             since_s: 0.0,
         }
     }
 
     /// At a time in the same piece, from its beginning.
-    pub(super) fn at(self, time_s: f64) -> Outside {
+    pub(super) fn at(self, time_s: f64) -> DriveAndLoad {
         self.after(time_s - self.from_s)
     }
 
     /// `seconds` later in the same piece of the courses.
-    pub(super) fn after(self, seconds: f64) -> Outside {
-        Outside {
+    pub(super) fn after(self, seconds: f64) -> DriveAndLoad {
+        DriveAndLoad {
             drive_m_per_s: self.drive_m_per_s + self.drive_m_per_s2 * seconds,
             load: self.load + self.load_per_s * seconds,
             since_s: self.since_s + seconds,
@@ -220,7 +215,7 @@ impl Equations {
     }
 
     /// `a p_n` at a time.
-    pub(super) fn direct_n(&self, n: usize, outside: Outside) -> f64 {
+    pub(super) fn direct_n(&self, n: usize, outside: DriveAndLoad) -> f64 {
         let of_all_n = outside.load * self.direct_n[n];
         match &self.contact_loads {
             None => of_all_n,
@@ -229,7 +224,7 @@ impl Equations {
     }
 
     /// Its change over a time, at the present rate.
-    pub(super) fn direct_change_n(&self, n: usize, outside: Outside, seconds: f64) -> f64 {
+    pub(super) fn direct_change_n(&self, n: usize, outside: DriveAndLoad, seconds: f64) -> f64 {
         let of_all_n = outside.load_per_s * seconds * self.direct_n[n];
         match &self.contact_loads {
             None => of_all_n,
@@ -297,7 +292,7 @@ impl Equations {
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places.
-    fn friction(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
+    fn friction(&self, n: usize, outside: DriveAndLoad, unknown: impl Fn(usize) -> f64) -> f64 {
         let blocks = self.chain.nodes;
         if self.has_inertia() {
             return unknown(blocks + n);
@@ -307,7 +302,12 @@ impl Equations {
     }
 
     /// `|V|` of block `n` at a time, given the unknowns by their places.
-    pub(super) fn speed_m_per_s(&self, n: usize, outside: Outside, unknown: impl Fn(usize) -> f64) -> f64 {
+    pub(super) fn speed_m_per_s(
+        &self,
+        n: usize,
+        outside: DriveAndLoad,
+        unknown: impl Fn(usize) -> f64,
+    ) -> f64 {
         let (size, decay) =
             self.growth(self.friction(n, outside, &unknown), unknown(2 * self.chain.nodes + n));
         size * (1.0 - decay)
@@ -320,7 +320,7 @@ impl Equations {
     }
 
     /// Brings the law to these unknowns; without inertia it also determines `y`.
-    pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: Outside) {
+    pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, unknown);
@@ -352,7 +352,7 @@ impl Equations {
     }
 
     /// The rates of the unknowns `at`, which were evaluated last.
-    pub(super) fn rates(&self, at: &Unknowns, outside: Outside, rates: &mut Unknowns) {
+    pub(super) fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
         let radiation = self.law.radiation_kg_per_s;
         let (behind_m, friction, ..) = at.parts();
         let (behind_rate, friction_rate, state_rate, work_w) = rates.parts_mut();
@@ -372,7 +372,7 @@ impl Equations {
     }
 
     /// `y'`; 0 without inertia, where `y` is no unknown.
-    fn friction_rate(&self, n: usize, friction: f64, outside: Outside) -> f64 {
+    fn friction_rate(&self, n: usize, friction: f64, outside: DriveAndLoad) -> f64 {
         if !self.has_inertia() {
             return 0.0;
         }

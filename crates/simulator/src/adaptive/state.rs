@@ -71,7 +71,7 @@ impl AdaptiveState {
             };
         }
         let (law, initial) = (&equations.law, &plan.initial);
-        let point_m = plan.drive_point_m(initial.step, plan.hold_step_at_start());
+        let point_m = plan.outside(initial.step, plan.hold_step_at_start()).point_m;
         let behind_m = initial.displacement_m.iter().map(|u| u - point_m);
         let at_start = initial.velocity_m_per_s.iter().zip(&initial.state);
         let friction =

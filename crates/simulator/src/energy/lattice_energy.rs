@@ -29,12 +29,9 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
             elastic_j += 0.5 * kf * sunk_m * sunk_m;
         }
     }
-    let point_m = plan.drive_point_m(state.step, state.hold_step);
-    for spring in &plan.drive.springs {
-        let stretch_m = point_m - (u[spring.block] - spring.rest_m);
-        elastic_j += 0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m;
-    }
-    (0.5 * plan.block_mass_kg * square, elastic_j)
+    let with_drive_j =
+        plan.outside(state.step, state.hold_step).springs_j(u).fold(elastic_j, |sum, of| sum + of);
+    (0.5 * plan.block_mass_kg * square, with_drive_j)
 }
 
 /// Energy of the bonds of a lattice whose nodes move along `A` axes.

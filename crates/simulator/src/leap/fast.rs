@@ -20,6 +20,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::plan::outside::Driving;
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
@@ -29,7 +30,7 @@ use crate::records::recorder::Recorder;
 use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
 use crate::step::body::OfPlan;
-use crate::step::single_step::{Driving, SingleSteps};
+use crate::step::single_step::SingleSteps;
 use crate::step::stepper::Stepper;
 
 /// The many steps at once that a body allows.
@@ -210,7 +211,7 @@ impl<L: Leaps> Fast<L> {
             self.leaps.sample(leap, into - 1, &self.plan, &mut self.sampler);
             0
         };
-        let mut driving = Driving { total_n: 0.0, ends_n: None };
+        let mut driving = Driving::default();
         while self.sampler.state().step < due_step {
             driving = self.sampler.take_step(self.sampler_steps);
         }
@@ -253,16 +254,16 @@ impl<L: Leaps> Solver for Fast<L> {
             }
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
-            let accelerates_until_step = self.plan.accelerates_until_step(state.step, state.hold_step);
-            if let Some(until_step) = accelerates_until_step {
+            let [here, next] = [0, 1].map(|ahead| self.plan.outside(state.step + ahead, state.hold_step));
+            if here.acceleration() != 0.0 {
                 // Leaps are for a drive of constant velocity.
-                self.pace.take_singly(until_step - state.step);
+                self.pace.take_singly(here.until_step() - state.step);
             } else if self.pace.single_steps == 0 && !edge_ahead {
                 // Ends before drive or load change their course, before the next step in which a contact
                 // changes by itself, and before the last step.
-                let steady_step = self.plan.steady_until_step(state.step, state.hold_step);
                 let change_step = self.plan.friction.law.next_change_step(&state.memory);
-                let until_step = (self.plan.steps - 1).min(steady_step).min(change_step.saturating_sub(1));
+                let until_step =
+                    (self.plan.steps - 1).min(next.steady_until_step()).min(change_step.saturating_sub(1));
                 let most_steps = until_step.saturating_sub(state.step);
                 let (leaps, mut solver) = self.open(stop);
                 let opened = leaps.open(&mut solver, most_steps);

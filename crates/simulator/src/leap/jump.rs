@@ -65,10 +65,11 @@ impl Forced {
     /// Begins at a state. The body finds `a` and `b`.
     fn begin(&mut self, plan: &Plan, state: &SliderState) {
         self.from_step = state.step;
+        let outside = plan.outside(state.step + 1, state.hold_step);
         self.moves = state.hold_step > state.step + 1;
-        self.point_m = plan.advance_m(state.step, state.hold_step);
+        self.point_m = outside.advance_m();
         self.hold_step = state.hold_step;
-        self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
+        self.ramp = outside.ramp();
     }
 
     /// The force of a contact's friction spring `into` steps after the first, and its change in a step, along
@@ -94,7 +95,7 @@ impl Forced {
 
     /// The sum of the driving forces `into` steps after the first, and its change in a step.
     fn drive_n(&self, plan: &Plan, into: f64) -> (f64, f64) {
-        let point_m = plan.drive_point_m(self.from_step + 1, self.hold_step);
+        let point_m = plan.outside(self.from_step + 1, self.hold_step).point_m;
         let rate = self.drive_rate_n(plan);
         (plan.drive.total_force_n(point_m, &self.position_m) + into * rate, rate)
     }

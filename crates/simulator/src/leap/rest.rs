@@ -6,20 +6,18 @@ use crate::energy::Accounts;
 use crate::leap::clearance::Clearance;
 use crate::leap::norms::ROUNDING;
 use crate::step::state::SliderState;
-use crate::step::strength::{Ramp, StopForce};
+use crate::step::strength::StopForce;
 
 /// Number of steps for which a chain stays at rest when all its blocks stick without springs. Nothing
 /// moves: only the pull of the drive and the thresholds change, so only these round.
 pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
-    let advance_m = plan.advance_m(state.step, state.hold_step);
-    let (step, hold_step) = (state.step + 1, state.hold_step);
-    let ramp = Ramp::from_step(plan, step, hold_step);
-    let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
+    let [last, next] = [state.step, state.step + 1].map(|step| plan.outside(step, state.hold_step));
+    let (advance_m, ramp) = (next.advance_m(), next.ramp());
+    let mut rates = vec![0.0; plan.blocks];
     // Values of the last step, in which the drive pulled slightly less.
-    let before_m = plan.drive_point_m(state.step, hold_step);
     let mut forces = state.tangential_force_n.clone();
     for spring in &plan.drive.springs {
-        let stretch_m = spring.direction * (point_m - before_m);
+        let stretch_m = spring.direction * (next.point_m - last.point_m);
         forces[spring.block] += spring.stiffness_n_per_m * stretch_m;
         rates[spring.block] = spring.force_n(advance_m, 0.0);
     }
@@ -31,8 +29,8 @@ pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
             return 0;
         }
     }
-    if let Some(stop) = StopForce::of(plan, hold_step) {
-        let force = plan.drive.total_force_n(point_m, &state.displacement_m);
+    if let Some(stop) = StopForce::of(plan, state.hold_step) {
+        let force = plan.drive.total_force_n(next.point_m, &state.displacement_m);
         let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
         if !clearance.stays_below_stop(stop, (ramp.load, ramp), (force, rate), [0.0; 2]) {
             return 0;

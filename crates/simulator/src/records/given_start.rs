@@ -27,7 +27,7 @@ impl Snapshot {
                 memory: slider.memory.clone(),
                 hold_step: slider.hold_step,
                 drive: Some(CarriedDrive {
-                    point_m: plan.drive_point_m(slider.step, slider.hold_step),
+                    point_m: plan.outside(slider.step, slider.hold_step).point_m,
                     offset_m: plan.drive.offset_m,
                     until_load_ratio: plan.drive.until_load_ratio,
                     rest_m: plan.drive.springs.iter().map(|spring| spring.rest_m).collect(),

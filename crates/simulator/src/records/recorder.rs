@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use asperity_model::plan::outside::Driving;
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{
     Direction, Energy, FieldRecord, Record, StepRecord, Switch, SwitchAcross, WindowRecord,
@@ -10,9 +11,9 @@ use asperity_record::{
 
 use crate::energy::instability_stop::InstabilityStop;
 use crate::records::solver::{Next, SimulationError};
-use crate::step::single_step::{Driving, SingleSteps};
+use crate::step::single_step::SingleSteps;
 use crate::step::state::SliderState;
-use crate::step::strength::{Load, threshold_n};
+use crate::step::strength::threshold_n;
 
 /// Turns states into records, and determines the next step at which a cadence requires one.
 #[derive(Debug, Clone)]
@@ -64,7 +65,9 @@ impl Recorder {
             let switch = switch(plan, initial, n);
             Switch { threshold_n: switch.force_magnitude_n(), ..switch }
         });
-        let driving = Driving::of(plan, initial, |_, _| {}).0;
+        let driving = plan
+            .outside(initial.step, initial.hold_step)
+            .pull([&initial.displacement_m, &initial.velocity_m_per_s], |_, _| {});
         let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
         self.stop = not_finite(&record, initial.step, initial);
         if self.stop.is_some() {
@@ -197,7 +200,10 @@ fn load(
         energy,
         junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
         peak_velocity_m_per_s: state.peak_velocity_m_per_s,
-        normal_load_n: Load::of_all(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
+        normal_load_n: plan
+            .outside(state.step, state.hold_step)
+            .total_load()
+            .scaled_n(plan.total_normal_load_n),
         sliding: state.sliding,
         switches,
     }
@@ -285,7 +291,7 @@ pub fn contact_loads_n(plan: &Plan, state: &SliderState) -> Vec<f64> {
     if !state.normal_load_n.is_empty() {
         return state.normal_load_n.clone();
     }
-    plan.loads_n(state.step, state.hold_step)
+    plan.outside(state.step, state.hold_step).loads_n()
 }
 
 /// How many junctions of each contact slip, and mean and width of the forces of the pinned ones, over the load

@@ -16,11 +16,11 @@ use std::fmt::Debug;
 
 use asperity_model::Plan;
 use asperity_model::law::magnitude;
+use asperity_model::plan::outside::Outside;
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::step::state::SliderState;
-use crate::step::strength::Load;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {
@@ -30,13 +30,13 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Prepares the energies for a step, the first of at least `steps_ahead` single steps.
     fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
 
-    /// Brings the forces from outside and the strength of contacts to the load of the step.
-    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+    /// Brings prestress, loads and the strength of contacts to the step, and sets the forces from outside back to these.
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>);
 
-    /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::apply_load`].
-    fn set_force(&mut self, freedom: usize, force_n: f64);
+    /// Sets the force from outside on a node along the sliding direction to that of [`Body::apply_load`].
+    fn reset_force(&mut self, node: usize);
 
-    /// Adds to the force of [`Body::set_force`] on a freedom.
+    /// Adds to that force.
     fn add_force(&mut self, freedom: usize, force_n: f64);
 
     /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it
@@ -66,7 +66,7 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     fn former_displacement_m(&self, freedom: usize) -> f64;
 
     /// Adds the energy changes of the step.
-    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>);
 
     /// Ends the step; `is_last` if a contact switched in it or the drive stopped.
     fn end_step(&mut self, _plan: &Plan, _state: &mut SliderState, _is_last: bool) {}

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::plan::outside::Driving;
 
 use crate::energy::Bookkeeping;
 use crate::records::counters::Counters;
@@ -11,7 +12,7 @@ use crate::records::recorder::Recorder;
 use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
 use crate::step::body::{ChainBody, LatticeBody, OfPlan};
-use crate::step::single_step::{Driving, SingleSteps};
+use crate::step::single_step::SingleSteps;
 use crate::step::state::SliderState;
 use crate::step::stepper::Stepper;
 

@@ -84,7 +84,7 @@ impl SliderState {
         for (n, tau) in tangential_force_n.iter_mut().enumerate() {
             *tau += plan.elastic.damping_force_n(v, plan.elastic.tangential_freedom(n));
         }
-        plan.add_outside_n(&mut tangential_force_n, [u, v], initial.step, hold_step);
+        plan.outside(initial.step, hold_step).add_n(&mut tangential_force_n, [u, v]);
         let is_given = plan.has_given_loads();
         let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();
@@ -97,7 +97,11 @@ impl SliderState {
             detached: 0,
             tangential_force_n,
             just_detached: Vec::new(),
-            normal_load_n: if is_given { Vec::new() } else { plan.loads_n(initial.step, hold_step) },
+            normal_load_n: if is_given {
+                Vec::new()
+            } else {
+                plan.outside(initial.step, hold_step).loads_n()
+            },
             sliding: 0,
             hold_step,
             energy: Ledger::default(),

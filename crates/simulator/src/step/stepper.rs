@@ -24,14 +24,15 @@
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::plan::outside::{Driving, Outside};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::records::counters::Counters;
 use crate::step::body::{Body, OfPlan};
-use crate::step::single_step::{Driving, SingleSteps};
+use crate::step::single_step::SingleSteps;
 use crate::step::state::SliderState;
-use crate::step::strength::{self, Load, StopForce};
+use crate::step::strength::{self, StopForce};
 
 /// A slider, and how it gets from one step to the next.
 #[derive(Debug, Clone)]
@@ -86,24 +87,6 @@ impl<B: Body> Stepper<B> {
         &self.body
     }
 
-    /// The forces of the drive, with its point at the new time and the nodes at their old positions.
-    fn drive(&mut self) -> Driving {
-        let Stepper { plan, state, body, .. } = self;
-        for bond in &plan.end_bonds {
-            bond.blocks().for_each(|block| body.set_force(block, 0.0));
-        }
-        let (driving, along_n) = Driving::of(plan, state, |node, force_n| body.set_force(node, force_n));
-        for bond in &plan.end_bonds {
-            let pull_n = bond.pull_n(&state.displacement_m, &state.velocity_m_per_s);
-            body.add_force(bond.block, pull_n);
-            if let Some(other) = bond.other {
-                body.add_force(other, -pull_n);
-            }
-        }
-        body.add_drive(state, along_n, plan.drive_step_m(state.step, state.hold_step));
-        driving
-    }
-
     /// Puts the switches of this step in force for the next.
     fn switch_contacts(&mut self) {
         let Stepper { plan, state, body, marks, switched, .. } = self;
@@ -144,6 +127,15 @@ impl<B: Body> Stepper<B> {
             state.energy.anchor_change_j.add(anchored_j);
         }
     }
+}
+
+/// Passes the forces from outside on to a body, with the drive at the new time and the nodes at their old positions.
+fn pull<B: Body>(body: &mut B, state: &mut SliderState, outside: Outside<'_>) -> Driving {
+    outside.pulled().for_each(|node| body.reset_force(node));
+    let at = [&state.displacement_m[..], &state.velocity_m_per_s];
+    let driving = outside.pull(at, |node, pull_n| body.add_force(node, pull_n));
+    body.add_drive(state, driving.along_n, outside.moved_m());
+    driving
 }
 
 /// Energy of the friction spring of contact `n`.
@@ -207,15 +199,14 @@ impl<B: Body> SingleSteps for Stepper<B> {
         body.begin_step(plan, state, steps_ahead);
         state.step += 1;
         state.sliding = state.detached;
-        let load = Load::in_step(plan, state.step, state.hold_step);
-        body.apply_load(plan, state, load);
-        let driving = self.drive();
-        let Stepper { plan, state, body, .. } = self;
+        let outside = plan.outside(state.step, state.hold_step);
+        body.apply_load(plan, state, outside);
+        let driving = pull(body, state, outside);
         let may_switch = body.advance(plan, state);
         // Under a law without friction springs, contacts stop within this step.
         let holds = plan.friction.law.holds();
         if !holds {
-            body.add_step(plan, state, load);
+            body.add_step(plan, state, outside);
         }
         state.just_detached.clear();
         self.switched.clear();
@@ -224,7 +215,7 @@ impl<B: Body> SingleSteps for Stepper<B> {
         }
         let Stepper { plan, state, body, .. } = self;
         if holds {
-            body.add_step(plan, state, load);
+            body.add_step(plan, state, plan.outside(state.step, state.hold_step));
         }
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
@@ -234,8 +225,8 @@ impl<B: Body> SingleSteps for Stepper<B> {
             body.remember(plan, state, &self.switched);
         }
         let stop = StopForce::of(plan, state.hold_step);
-        let all = || Load::of_all(plan, state.step, state.hold_step);
-        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(all())) {
+        let total = || plan.outside(state.step, state.hold_step).total_load();
+        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(total())) {
             state.hold_step = state.step;
         }
         let is_last = !self.switched.is_empty() || state.hold_step != hold_step;

@@ -6,82 +6,9 @@
 
 use asperity_model::Plan;
 use asperity_model::plan::Ageing;
+pub(crate) use asperity_model::plan::load::{Load, Ramp};
 
 use crate::step::state::SliderState;
-
-/// The normal load of a step relative to that of the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Load(f64);
-
-impl Load {
-    const OF_START: Load = Load(1.0);
-
-    /// The load of a step, if the drive stopped in `hold_step`.
-    #[inline]
-    pub(crate) fn in_step(plan: &Plan, step: u64, hold_step: u64) -> Load {
-        Load(plan.load_factor(step, hold_step))
-    }
-
-    /// The total load of a step, if the drive stopped in `hold_step`.
-    pub(crate) fn of_all(plan: &Plan, step: u64, hold_step: u64) -> Load {
-        Load(plan.total_load_factor(step, hold_step))
-    }
-
-    /// A force under this load that is proportional to it and equals `at_start_n` at the start.
-    #[inline]
-    pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
-        self.0 * at_start_n
-    }
-
-    /// The relative decrease from this load to another.
-    pub(crate) fn fall_to(self, other: Load) -> f64 {
-        1.0 - other.0 / self.0
-    }
-}
-
-/// The normal load of a step, and its rate up to the next knot of its course.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ramp {
-    pub(crate) load: Load,
-    /// Change per step, relative to the load of the start.
-    rate: f64,
-}
-
-impl Ramp {
-    /// The constant load of the start.
-    pub(crate) const FLAT: Ramp = Ramp { load: Load::OF_START, rate: 0.0 };
-
-    /// From a step on, if the drive stopped in `hold_step`.
-    pub(crate) fn from_step(plan: &Plan, step: u64, hold_step: u64) -> Ramp {
-        Ramp { load: Load::in_step(plan, step, hold_step), rate: plan.load_course.rate(step, hold_step) }
-    }
-
-    /// Change per step of a force that is proportional to the load and equals `at_start_n` at the start.
-    #[inline]
-    pub(crate) fn change_n(self, at_start_n: f64) -> f64 {
-        self.rate * at_start_n
-    }
-
-    /// Whether the load is constant.
-    pub(crate) fn is_flat(self) -> bool {
-        self.rate == 0.0
-    }
-
-    /// The load `steps` steps later.
-    pub(crate) fn ahead(self, steps: f64) -> Load {
-        if self.is_flat() { self.load } else { Load(self.load.0 + self.rate * steps) }
-    }
-
-    /// The load `steps` steps later, relative to the present one.
-    pub(crate) fn decline(self, steps: f64) -> f64 {
-        if self.is_flat() { 1.0 } else { (self.load.0 + self.rate * steps) / self.load.0 }
-    }
-
-    /// The relative decrease per step.
-    pub(crate) fn fall(self) -> f64 {
-        -self.rate / self.load.0
-    }
-}
 
 /// The sum of the driving forces at which the drive point stops, proportional to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,7 +120,7 @@ pub fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
         Some(normal_load_n) => static_coefficient(plan, state, n) * normal_load_n,
         None => {
             let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
-            Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
+            plan.outside(state.step, state.hold_step).load().scaled_n(aged_n)
         }
     };
     plan.friction.law.strength_n(static_n, &state.memory, n)

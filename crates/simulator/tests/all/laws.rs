@@ -406,8 +406,8 @@ fn the_drive_stops_where_its_load_is_reached_and_the_load_falls_from_there() {
     let stopped = stopped.expect("the load is reached");
     for (behind_s, factor) in [(0.0, 1.0), (0.01, 1.0), (0.03, 0.75), (0.05, 0.5), (0.06, 0.5)] {
         let step = stopped + (behind_s / 1e-7f64).round() as u64;
-        assert!((plan.load_factor(step, stopped) - factor).abs() < 1e-12, "{behind_s} s");
-        assert_eq!(plan.drive_point_m(step, stopped), plan.drive_point_m(stopped, stopped));
+        assert!((plan.outside(step, stopped).load().scaled_n(1.0) - factor).abs() < 1e-12, "{behind_s} s");
+        assert_eq!(plan.outside(step, stopped).point_m, plan.outside(stopped, stopped).point_m);
     }
 }
 

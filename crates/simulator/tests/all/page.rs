@@ -54,7 +54,7 @@ impl Page {
         let (lattice, plan) = (&self.lattice, &self.plan);
         let (nodes, axes, upward) = (lattice.nodes(), lattice.axes(), lattice.table.upward());
         self.step += 1;
-        let load = plan.load_factor(self.step, self.hold_step);
+        let load = plan.outside(self.step, self.hold_step).load().scaled_n(1.0);
         let mut force_n = vec![0.0; axes * nodes];
         for bond in &self.bonds {
             let of = |values: &[f64], axis: usize| {

@@ -91,7 +91,8 @@ fn force_in_a_stuck_chain_decays_by_the_discrete_factor() {
                     * (state.displacement_m[n] - state.stick_position_m[n])
             })
             .sum();
-        let drive = plan.drive.total_force_n(plan.drive_point_m(plan.steps, u64::MAX), &state.displacement_m);
+        let drive =
+            plan.drive.total_force_n(plan.outside(plan.steps, u64::MAX).point_m, &state.displacement_m);
         assert!((held / drive - 1.0).abs() < 5e-3, "{held} N of {drive} N");
     }
 }

@@ -153,11 +153,11 @@ impl ChainJump {
             return refused;
         }
         self.forced.begin(plan, state);
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let outside = plan.outside(state.step + 1, state.hold_step);
         self.loading = SteadyLoading::of(plan, &self.stiffness, self.forced.point_m);
         let ChainJump { forced, loading, residue, swing, .. } = self;
         forced.advance_m.copy_from_slice(&loading.advance_m);
-        loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut forced.position_m);
+        loading.position_m(plan, &self.stiffness, &state.stick_position_m, outside, &mut forced.position_m);
         let certificate = |reserves| Certificate::<1> {
             plan,
             state,

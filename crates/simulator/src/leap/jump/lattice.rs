@@ -270,7 +270,7 @@ impl<const D: usize> LatticeJump<D> {
                 *a += kt * anchor_m;
             }
         }
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let point_m = plan.outside(state.step + 1, state.hold_step).point_m;
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);
         }

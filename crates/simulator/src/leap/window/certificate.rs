@@ -214,12 +214,11 @@ impl<'a> Guard<'a> {
     ) -> Guard<'a> {
         let springs = &plan.drive.springs;
         let pull = |row: &[f64]| -springs.iter().map(|s| s.stiffness_n_per_m * row[s.block]).sum::<f64>();
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let advance_m = plan.advance_m(state.step, state.hold_step);
+        let outside = plan.outside(state.step + 1, state.hold_step);
         Guard {
             expansion,
-            now: plan.drive.total_force_n(point_m, expansion.first_u.row(0)),
-            rate: plan.drive.total_force_n(advance_m, expansion.first_u.row(1)),
+            now: plan.drive.total_force_n(outside.point_m, expansion.first_u.row(0)),
+            rate: plan.drive.total_force_n(outside.advance_m(), expansion.first_u.row(1)),
             sigma: 0.0,
             threshold: stop.under_n(expansion.ramp.load),
             terms: (0..expansion.terms).map(|term| pull(expansion.u.row(term))).collect(),

@@ -128,8 +128,9 @@ impl Expansion {
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let outside = plan.outside(state.step + 1, state.hold_step);
         if self.strength.changes() {
-            self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
+            self.ramp = outside.ramp();
             self.strength.follow(plan, state, self.ramp.load);
         }
         let directed = kernels::classify(
@@ -149,16 +150,7 @@ impl Expansion {
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
         kernels::pull(guard, u, v, &self.chain);
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        for spring in &plan.drive.springs {
-            guard[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_n(u, v), guard);
-        }
-        for (guard, prestress) in guard.iter_mut().zip(&plan.prestress_n) {
-            *guard += prestress;
-        }
+        outside.add_n(guard, [u, v]);
         let radiation = friction.law.radiation_kg_per_s();
         if radiation > 0.0 {
             kernels::radiate(guard, v, &self.sigma, radiation);
@@ -179,13 +171,7 @@ impl Expansion {
         }
         // The second difference includes the constant rates of drive and load.
         kernels::pull(d_guard, d_u, d_v, &self.chain);
-        let advance_m = plan.advance_m(state.step, state.hold_step);
-        for spring in &plan.drive.springs {
-            d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
-        }
-        for bond in &plan.end_bonds {
-            bond.add(bond.pull_of_changes(d_u, d_v), d_guard);
-        }
+        plan.add_change_n(d_guard, [d_u, d_v], outside.advance_m());
         if !self.ramp.is_flat() {
             for ((guard, friction), sigma) in
                 d_guard.iter_mut().zip(&friction.dynamic_friction_n).zip(&self.sigma)

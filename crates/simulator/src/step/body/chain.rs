@@ -8,6 +8,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::law::magnitude;
+use asperity_model::plan::outside::Outside;
 use asperity_record::Energy;
 
 use crate::energy::{Accounts, Bookkeeping};
@@ -16,7 +17,7 @@ use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::loops::JunctionLoops;
 use crate::step::law::{ChainLoops, loops};
 use crate::step::state::SliderState;
-use crate::step::strength::{Load, Strength};
+use crate::step::strength::Strength;
 
 /// A chain of blocks.
 #[derive(Debug, Clone)]
@@ -60,7 +61,7 @@ impl ChainBody {
         };
         let velocities: [&[f64]; 2] = [&state.velocity_m_per_s, &self.former_velocity_m_per_s];
         let decline = if self.strength.changes() {
-            self.strength.load.fall_to(Load::in_step(plan, state.step + 1, state.hold_step))
+            self.strength.load.fall_to(plan.outside(state.step + 1, state.hold_step).load())
         } else {
             0.0
         };
@@ -82,7 +83,7 @@ impl OfPlan for ChainBody {
             former_tangential_force_n: zeros(),
             by_springs: plan.friction.law.detaches_by_spring().then(|| [zeros(), zeros()]),
             outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
-            prestress_n: plan.outside_n(state.step),
+            prestress_n: plan.outside(state.step, state.hold_step).prestress_n().into_owned(),
             // Both ends of one block are the same node.
             is_pulled_inside: chain.nodes == 1
                 || plan.drive.pulls_inside(chain.nodes)
@@ -116,15 +117,15 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>) {
         if plan.contact_load_course.is_some() {
-            state.normal_load_n = plan.loads_n(state.step, state.hold_step);
+            state.normal_load_n = outside.loads_n();
             self.strength.update(plan, &state.normal_load_n);
         } else if self.strength.changes() {
-            self.strength.follow(plan, state, load);
+            self.strength.follow(plan, state, outside.load());
         }
         if plan.prestress_course.is_some() {
-            self.prestress_n = plan.outside_n(state.step);
+            self.prestress_n = outside.prestress_n().into_owned();
         }
         if self.junctions.is_some() || plan.prestress_course.is_some() {
             match self.prestress_n.as_slice() {
@@ -135,11 +136,8 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn set_force(&mut self, freedom: usize, force_n: f64) {
-        self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
-            None => force_n,
-            Some(prestress_n) => prestress_n + force_n,
-        };
+    fn reset_force(&mut self, node: usize) {
+        self.outer_force_n[node] = self.prestress_n.get(node).copied().unwrap_or(0.0);
     }
 
     #[inline]
@@ -229,7 +227,7 @@ impl Body for ChainBody {
     }
 
     #[inline]
-    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, _: Load) {
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>) {
         if !self.adds_alone {
             return;
         }
@@ -248,7 +246,7 @@ impl Body for ChainBody {
         let (slip, velocities) = (moved.slip, [moved.v, moved.v_new]);
         if plan.has_contact_courses() {
             let dt = plan.grid.step_s();
-            if let Some(force_n) = plan.drive_force_n(state.step, state.hold_step) {
+            if let Some(force_n) = outside.drive_force_n() {
                 state.energy.drive_work_j.add(dt * force_n * moved.v_new[0]);
             }
             if plan.prestress_course.is_some() {

@@ -20,6 +20,7 @@ use std::array;
 use std::ops::Range;
 use std::sync::Arc;
 
+use asperity_model::plan::outside::Outside;
 use asperity_model::{Lattice, Plan};
 use asperity_record::Energy;
 
@@ -30,7 +31,7 @@ use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::loops::JunctionLoops;
 use crate::step::law::{ContactLoops, loops, loops_over_area};
 use crate::step::state::SliderState;
-use crate::step::strength::{Load, Strength};
+use crate::step::strength::Strength;
 
 /// A lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug, Clone)]
@@ -128,12 +129,12 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.initial_j = energy.kinetic_j + energy.elastic_j;
     }
 
-    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>) {
         let nodes = self.lattice.nodes();
         match self.upward() {
-            None => self.strength.follow(plan, state, load),
+            None => self.strength.follow(plan, state, outside.load()),
             Some(upward) => {
-                let outer_n = &mut self.outer_n[upward];
+                let (outer_n, load) = (&mut self.outer_n[upward], outside.load());
                 for (node, load_n) in self.lattice.top_row().zip(&plan.top_load_n) {
                     outer_n[node] = -load.scaled_n(*load_n);
                 }
@@ -144,8 +145,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         }
     }
 
-    fn set_force(&mut self, freedom: usize, force_n: f64) {
-        self.outer_n[freedom] = force_n;
+    fn reset_force(&mut self, node: usize) {
+        self.outer_n[node] = 0.0;
     }
 
     fn add_force(&mut self, freedom: usize, force_n: f64) {
@@ -246,16 +247,14 @@ impl<const D: usize> Body for LatticeBody<D> {
         self.former_displacement_m[axis * self.lattice.contacts() + n]
     }
 
-    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>) {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let lattice = &self.lattice;
         let [springs_w, dashpots_w, square] = self.work;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let dt = plan.grid.step_s();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let point_m = plan.drive_point_m(state.step, state.hold_step);
-        let moves = state.step <= state.hold_step;
-        let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        let (point_m, advance_m) = (outside.point_m, outside.moved_m());
         let (mut drive_n, mut bent_j) = (0.0, 0.0);
         for spring in &plan.drive.springs {
             let (k, moved_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
@@ -292,7 +291,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         }
         let pressed_w: f64 = upward.map_or(0.0, |upward| {
             let parts = lattice.top_row().zip(&plan.top_load_n);
-            parts.map(|(node, load_n)| -load.scaled_n(*load_n) * v[upward.start + node]).sum()
+            parts.map(|(node, load_n)| -outside.load().scaled_n(*load_n) * v[upward.start + node]).sum()
         });
         let ledger = &mut state.energy;
         ledger.drive_work_j.add(advance_m * drive_n);

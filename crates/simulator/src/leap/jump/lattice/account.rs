@@ -66,7 +66,7 @@ impl<const D: usize> LatticeJump<D> {
         }
         // If the point stops within the jump, it does so in the first step.
         let count = moving as f64;
-        let point_m = plan.drive_point_m(from_step + 1, u64::MAX) - 0.5 * advance_m;
+        let point_m = plan.outside(from_step + 1, u64::MAX).point_m - 0.5 * advance_m;
         let force = plan.drive.total_force_n(point_m, position_m);
         let rate = self.forced.drive_rate_n(plan);
         // `sum z^i` of each mode over the steps, times its effect.
@@ -100,7 +100,7 @@ impl<const D: usize> LatticeJump<D> {
         let (kinetic_j, elastic_j) = stored_j(plan, &stuck.lattice, state);
         // The outer forces of the next step, as if the jump continued.
         let hold_step = if *moves { u64::MAX } else { *hold_step };
-        let point_m = plan.drive_point_m(state.step + 1, hold_step);
+        let point_m = plan.outside(state.step + 1, hold_step).point_m;
         let advance_m = if *moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (load, load_change) = (ramp.ahead(into as f64), ramp.change_n(1.0));
         let (mut stiff, mut damped) = (vec![0.0; u.len()], vec![0.0; u.len()]);

@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
-use crate::body::ends::EndBond;
+use crate::plan::Plan;
 use crate::plan::load::{Load, Ramp};
-use crate::plan::{Drive, Plan};
 
 /// The drive in one step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -210,13 +209,6 @@ impl Outside<'_> {
             let stretch_m = spring.direction * self.point_m - (u[spring.block] - spring.rest_m);
             0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
         })
-    }
-
-    /// The nodes that [`Outside::pull`] passes on.
-    pub fn pulled(&self) -> impl Iterator<Item = usize> {
-        let Drive { springs, force_n, .. } = &self.plan.drive;
-        let by_drive = springs.iter().map(|spring| spring.block).chain(force_n.as_ref().map(|_| 0));
-        by_drive.chain(self.plan.end_bonds.iter().flat_map(EndBond::blocks))
     }
 
     /// Adds all forces to those on the contacts: in a lattice, other nodes may be pulled as well.

@@ -33,10 +33,7 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Brings prestress, loads and the strength of contacts to the step, and sets the forces from outside back to these.
     fn apply_load(&mut self, plan: &Plan, state: &mut SliderState, outside: Outside<'_>);
 
-    /// Sets the force from outside on a node along the sliding direction to that of [`Body::apply_load`].
-    fn reset_force(&mut self, node: usize);
-
-    /// Adds to that force.
+    /// Adds a force from outside on a freedom in this step, after [`Body::apply_load`].
     fn add_force(&mut self, freedom: usize, force_n: f64);
 
     /// Adds the work of the drive in this step; `along_n` is the pull of its springs in the direction it

@@ -131,7 +131,6 @@ impl<B: Body> Stepper<B> {
 
 /// Passes the forces from outside on to a body, with the drive at the new time and the nodes at their old positions.
 fn pull<B: Body>(body: &mut B, state: &mut SliderState, outside: Outside<'_>) -> Driving {
-    outside.pulled().for_each(|node| body.reset_force(node));
     let at = [&state.displacement_m[..], &state.velocity_m_per_s];
     let driving = outside.pull(at, |node, pull_n| body.add_force(node, pull_n));
     body.add_drive(state, driving.along_n, outside.moved_m());

@@ -82,7 +82,7 @@ impl OfPlan for ChainBody {
             former_velocity_m_per_s: zeros(),
             former_tangential_force_n: zeros(),
             by_springs: plan.friction.law.detaches_by_spring().then(|| [zeros(), zeros()]),
-            outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
+            outer_force_n: zeros(),
             prestress_n: plan.outside(state.step, state.hold_step).prestress_n().into_owned(),
             // Both ends of one block are the same node.
             is_pulled_inside: chain.nodes == 1
@@ -127,17 +127,12 @@ impl Body for ChainBody {
         if plan.prestress_course.is_some() {
             self.prestress_n = outside.prestress_n().into_owned();
         }
-        if self.junctions.is_some() || plan.prestress_course.is_some() {
-            match self.prestress_n.as_slice() {
-                [] => self.outer_force_n.fill(0.0),
-                prestress_n => self.outer_force_n.copy_from_slice(prestress_n),
-            }
+        match self.prestress_n.as_slice() {
+            [] if self.is_pulled_inside => self.outer_force_n.fill(0.0),
+            // Only its ends are pulled.
+            [] => [0, self.chain.nodes - 1].into_iter().for_each(|end| self.outer_force_n[end] = 0.0),
+            prestress_n => self.outer_force_n.copy_from_slice(prestress_n),
         }
-    }
-
-    #[inline]
-    fn reset_force(&mut self, node: usize) {
-        self.outer_force_n[node] = self.prestress_n.get(node).copied().unwrap_or(0.0);
     }
 
     #[inline]

@@ -143,10 +143,9 @@ impl<const D: usize> Body for LatticeBody<D> {
         for axis in 0..D {
             self.outer_n[axis * nodes..][..plan.blocks].fill(0.0);
         }
-    }
-
-    fn reset_force(&mut self, node: usize) {
-        self.outer_n[node] = 0.0;
+        for spring in &plan.drive.springs {
+            self.outer_n[spring.block] = 0.0;
+        }
     }
 
     fn add_force(&mut self, freedom: usize, force_n: f64) {

@@ -173,6 +173,7 @@ impl Drive {
     }
 
     /// `sum_n K_n x_n^2 / 2`, of displacements or velocities counted from any state.
+    #[inline]
     pub fn half_form(&self, x: &[f64]) -> f64 {
         let of = |spring: &DriveSpring| 0.5 * spring.stiffness_n_per_m * x[spring.block] * x[spring.block];
         self.springs.iter().map(of).sum()

@@ -299,9 +299,9 @@ fn sum_springs_at<const N: usize>(
     }
     for axis in 0..3 {
         let Parts { ahead, behind, own } = &mut parts[axis];
-        ahead[place + at..][..N].copy_from_slice(&sums[axis][0]);
-        behind[place + at..][..N].copy_from_slice(&sums[axis][1]);
-        own[place + at..][..N].copy_from_slice(&sums[axis][2]);
+        for (to, sums) in [ahead, behind, own].into_iter().zip(sums[axis]) {
+            *to[place + at..].first_chunk_mut().expect("pieces lie within their parts") = sums;
+        }
     }
 }
 

@@ -1,20 +1,24 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
+pub mod adaptive_state;
 pub mod course;
 pub(crate) mod derive;
 pub(crate) mod disorder;
-pub(crate) mod given_state;
+pub mod given_state;
 pub mod initial;
-pub mod initial_state;
+pub mod junction_state;
+pub mod ledger;
 pub mod load;
 pub mod slab;
 pub(crate) mod splitmix;
+pub mod state;
 
 use crate::body::ends::EndBond;
 use crate::body::lattice::Lattice;
 use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course};
-use crate::plan::initial_state::InitialState;
+use crate::plan::given_state::GivenStart;
+use crate::plan::state::SliderState;
 use asperity_record::{Scales, TimeGrid};
 
 /// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
@@ -50,8 +54,10 @@ pub struct Plan {
     pub contact_load_course: Option<ContactCourse>,
     /// The driving springs.
     pub drive: Drive,
-    /// The chain before the first step.
-    pub initial: InitialState,
+    /// The slider before the first step.
+    pub initial: SliderState,
+    /// What goes on besides, if it begins in a state that is given.
+    pub given: Option<GivenStart>,
     /// The grid of time steps.
     pub grid: TimeGrid,
     /// The time step beyond which the scheme is unstable even if nothing switches, `dt_max`.
@@ -278,12 +284,6 @@ impl Plan {
             Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
         };
         self.drive.offset_m + moved_m
-    }
-
-    /// The step in which the drive point has stopped or will stop, as known at the start; `u64::MAX` for none.
-    pub fn hold_step_at_start(&self) -> u64 {
-        let planned = self.drive.hold_from_step.unwrap_or(u64::MAX);
-        self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
     }
 
     /// Velocity of the drive point at a step, 0 from `hold_step` on, in which it stopped. Between the knots of its

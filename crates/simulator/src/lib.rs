@@ -63,9 +63,7 @@ mod modes;
 mod records;
 mod step;
 
-pub use adaptive::{AdaptiveState, Crossing};
 pub use energy::instability_stop::MOST_SCHEME_SHARE;
-pub use energy::ledger::{Ledger, Span, Sum};
 pub use leap::norms::Norms;
 pub use records::counters::Counters;
 pub use records::kind::SolverKind;
@@ -73,8 +71,6 @@ pub use records::pace::{Pace, Snapshot};
 pub use records::recorder::{contact_loads_n, fields};
 pub use records::solver::{Next, SimulationError, Solver};
 pub use records::stop::Stop;
-pub use step::junctions::JunctionState;
 pub use step::plain::Plain;
 pub use step::single_step::Driving;
-pub use step::state::SliderState;
 pub use step::strength::threshold_n;

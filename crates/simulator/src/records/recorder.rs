@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use asperity_model::{Plan, WindowPlan};
+use asperity_model::{Plan, SliderState, WindowPlan};
 use asperity_record::{
     Direction, Energy, FieldRecord, Record, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
@@ -11,7 +11,6 @@ use asperity_record::{
 use crate::energy::instability_stop::InstabilityStop;
 use crate::records::solver::{Next, SimulationError};
 use crate::step::single_step::{Driving, SingleSteps};
-use crate::step::state::SliderState;
 use crate::step::strength::{Load, threshold_n};
 
 /// Turns states into records, and determines the next step at which a cadence requires one.

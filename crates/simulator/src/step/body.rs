@@ -14,12 +14,11 @@ pub(crate) use lattice::LatticeBody;
 
 use std::fmt::Debug;
 
-use asperity_model::Plan;
 use asperity_model::law::magnitude;
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
-use crate::step::state::SliderState;
 use crate::step::strength::Load;
 
 /// The part of a step that depends on the body.

@@ -2,11 +2,10 @@
 
 use std::fmt::Debug;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::records::counters::Counters;
-use crate::step::state::SliderState;
 
 /// The drive in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]

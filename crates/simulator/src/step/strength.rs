@@ -4,10 +4,8 @@
 //! step, and so is the driving force that stops a drive; a static threshold may also grow while its
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
-use asperity_model::Plan;
 use asperity_model::plan::Ageing;
-
-use crate::step::state::SliderState;
+use asperity_model::{Plan, SliderState};
 
 /// The normal load of a step relative to that of the start.
 #[derive(Debug, Clone, Copy, PartialEq)]

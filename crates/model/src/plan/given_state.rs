@@ -409,10 +409,9 @@ pub(crate) fn check(scenario: &Scenario) -> Option<Refusal> {
 
 #[cfg(test)]
 mod tests {
-    use crate::plan::initial_state::InitialState;
     use crate::{Plan, Scenario, ScenarioSource};
 
-    use super::{COLUMNS, rows};
+    use super::{COLUMNS, GivenState, rows};
 
     fn resolve(sets: &[&str]) -> Result<Scenario, String> {
         let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
@@ -503,38 +502,52 @@ mod tests {
     #[test]
     fn texts_of_states_are_exact_and_checked() {
         let plan = Plan::new(&resolve(&["initial.displacement_m=[0.1,1e-300,-0.0]"]).unwrap());
-        let text = plan.initial.to_text();
-        let read = InitialState::from_text(&text).unwrap();
-        assert_eq!((&read, read.displacement_m[2].to_bits()), (&plan.initial, (-0.0_f64).to_bits()));
-        let set = format!("initial.state='{text}'");
-        assert_eq!(Plan::new(&resolve(&[&set]).unwrap()).initial, plan.initial);
+        let given = GivenState {
+            keys: Vec::new(),
+            motion: resolve(&[]).unwrap().motion_hash(),
+            drive: None,
+            mirrors: false,
+            pace: [1, 2, 3],
+            slider: plan.initial.clone(),
+        };
+        let text = given.to_text();
+        let read = GivenState::from_text(&text).unwrap();
+        assert_eq!((&read, read.slider.displacement_m[2].to_bits()), (&given, (-0.0_f64).to_bits()));
+        let begun = Plan::new(&resolve(&[&format!("initial.state='{text}'")]).unwrap());
+        assert_eq!((&begun.initial, begun.given.unwrap().pace), (&plan.initial, Some([1, 2, 3])));
         // Any change of a character is found.
         for at in 0..text.len() {
             let mut changed = text.clone().into_bytes();
             changed[at] ^= 1;
             let changed = String::from_utf8(changed).unwrap();
-            assert!(InitialState::from_text(&changed).is_err(), "{changed}");
+            assert!(GivenState::from_text(&changed).is_err(), "{changed}");
         }
-        // With a right checksum, what it says must fit.
-        for (old, new) in [
-            ("\"hold_step\":18446744073709551615", "\"hold_step\":18446744073709551614"),
-            ("\"detached\":\"\"", "\"detached\":\"Aw==\""),
-            ("\"just_detached\":\"\"", "\"just_detached\":\"AA==\""),
-            ("\"stuck_since_step\":\"\"", "\"stuck_since_step\":\"AQEB\""),
-            ("\"normal_load_n\":\"\"", "\"normal_load_n\":\"AAAAAAAA8D8=\""),
-            (
-                "\"junctions\":null",
-                "\"junctions\":{\"anchor_m\":\"\",\"slips_until_step\":\"\",\"breaks\":\"\",\"totals\":[[0,0],[0,0]]}",
-            ),
-            ("\"velocity_m_per_s\":\"AAAAAAAA", "\"velocity_m_per_s\":\"AAAAAAAA8H8AAAAAAAA"),
-            ("\"state\":\"\"", "\"state\":\"AAAAAAAA8D8=\""),
+        // With a right checksum, what it says must fit, whichever motion it is of.
+        let json = text.split_once(' ').unwrap().1;
+        let saved = "\"count\":1,\"anchor_m\":[0.0],\"slips_until_step\":[0],\"breaks\":[0],\
+                     \"totals\":{\"breaks\":0,\"repins\":0},\"totals_before\":{\"breaks\":0,\"repins\":0}";
+        let contradicts = "it contradicts itself or the friction law";
+        for (of_all, old, new, expected) in [
+            (true, "\"slip\":[0.0,", "\"slip\":[0.5,", contradicts),
+            (true, "\"slip\":[0.0,", "\"slip\":[", contradicts),
+            (true, "\"sliding\":0,", "\"sliding\":0,\"just_detached\":[0],", contradicts),
+            (true, "\"sliding\":0,", &format!("\"sliding\":0,\"junctions\":{{{saved}}},"), contradicts),
+            (false, "\"detached\":0", "\"detached\":1", contradicts),
+            (false, "\"sliding\":0", "\"sliding\":4", contradicts),
+            (false, "\"sliding\":0,", "\"sliding\":0,\"stuck_since_step\":[1,1,1],", contradicts),
+            (false, "\"tangential_force_n\":[", "\"tangential_force_n\":[0.0,", contradicts),
+            (true, "\"velocity_m_per_s\":[", "\"velocity_m_per_s\":[0.0,", "it has 4 velocities"),
+            (true, "\"sliding\":0,", "\"sliding\":0,\"friction_state\":[1.0],", "it has 1 states"),
+            (true, "\"displacement_m\":[0.1", "\"displacement_m\":[1e999", "number out of range"),
         ] {
-            let json = text.split_once(' ').unwrap().1;
             assert!(json.contains(old), "{old} is not in {json}");
-            let forged = json.replace(old, new);
-            let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
-            let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
-            assert!(error.contains("initial.state: "), "{new}: {error}");
+            let forged = json.replacen(old, new, 1);
+            let of_another = forged.replacen(&given.motion, "another", 1);
+            for forged in [Some(forged), of_all.then_some(of_another)].into_iter().flatten() {
+                let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
+                let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
+                assert!(error.contains("initial.state: ") && error.contains(expected), "{new}: {error}");
+            }
         }
     }
 }

@@ -275,10 +275,10 @@ mod tests {
                     "{sets:?}, block {n}: {pull_n}"
                 );
                 assert!((initial.velocity_m_per_s[n] / v - 1.0).abs() < 1e-14);
-                assert!((initial.state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
+                assert!((initial.friction_state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
                 assert_eq!(plan.friction.static_threshold_n[n], 0.6 * p);
             }
-            let state = initial.state.clone();
+            let state = initial.friction_state.clone();
             let rest =
                 self::plan(&[&["friction.law=rate-and-state", "time.start=at-rest"], sets].concat()).initial;
             assert_eq!((rest.friction_state, rest.step), (state, 0));

@@ -1,7 +1,6 @@
 //! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
 //! numbers within rounding.
 
-use asperity_model::SliderState;
 use asperity_simulator::SolverKind;
 use asperity_testkit::Random;
 

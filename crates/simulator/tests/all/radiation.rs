@@ -1,7 +1,6 @@
 //! Radiation damping of rigid contacts and of friction springs: both solvers agree switch by switch, and on all
 //! energies, which balance.
 
-use asperity_model::SliderState;
 use asperity_simulator::SolverKind;
 use asperity_testkit::{Random, plan};
 

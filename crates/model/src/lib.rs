@@ -28,7 +28,7 @@
 //! - [`body`]: lattices given by a table of bonds, among them the chain, and what their ends are joined to.
 //! - [`law`]: how a contact sticks and slides, with a file for each friction law.
 //! - [`plan`]: the [`Plan`], the numbers of the physics, derived from a scenario: load, drive and forces from
-//!   outside with their courses, disorder, and the state in which a run begins.
+//!   outside with their courses, disorder, and the state in which a run begins, which is also a checkpoint, and what a run leaves to others.
 //! - [`theory`]: predictions that results are compared with, and the preview of a run.
 
 pub mod body;

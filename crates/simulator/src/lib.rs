@@ -36,10 +36,10 @@
 //!
 //! The rooms, in reading order:
 //!
-//! - `step`: one step, equation by equation (`stepper`), for any body and contact law; the state and the strength
-//!   of contacts that are its inputs; contacts of many junctions; `plain`, which takes every step. `kernels` below
-//!   it has the loops over all blocks.
-//! - `energy`: the balance of the work of the drive, its `ledger`, and the stop of a run whose time step itself
+//! - `step`: one step, equation by equation (`stepper`), for any body and contact law; the strength of
+//!   contacts that is its input; contacts of many junctions; `plain`, which takes every step. `kernels` below it has the
+//!   loops over all blocks. The state of a slider is [`asperity_model::SliderState`].
+//! - `energy`: the balance of the work of the drive, and the stop of a run whose time step itself
 //!   adds too much energy.
 //! - `records`: what a solver is, which there are, what is recorded and when, for all of them; counters,
 //!   a [`Snapshot`] of a solver, and a request to return ([`Stop`]).

@@ -1,4 +1,4 @@
-//! What a checkpoint saves of the adaptive solver.
+//! The step that the adaptive solver is in, as part of the state.
 
 use asperity_record::MOST_STEPS;
 use serde::{Deserialize, Serialize};

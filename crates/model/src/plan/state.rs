@@ -1,4 +1,5 @@
-//! The state of a slider between two steps.
+//! The state of a slider between two steps: the start of a plan, what a checkpoint saves, and what one run leaves to
+//! another.
 
 use serde::{Deserialize, Serialize};
 

@@ -399,6 +399,7 @@ mod tests {
             displacement_m: vec![0.0; 3 * nodes],
             velocity_m_per_s: vec![0.0; 3 * nodes],
             stick_position_m: vec![0.0; 2 * contacts],
+            hold_step: u64::MAX,
             ..SliderState::default()
         };
         plan.initial = SliderState::stuck(&plan);
@@ -467,6 +468,7 @@ mod tests {
         ] {
             values.resize(80, 0.0);
         }
+        sheet.initial = SliderState::stuck(&sheet);
         let sheet = Arc::new(sheet);
         let mut of_sheet = Stepper::<LatticeBody<2>>::new(sheet, &lattice, Bookkeeping::EveryStep);
         let (mut switches, mut largest_n) = (0, 0.0_f64);

@@ -28,7 +28,7 @@
 //! - [`body`]: lattices given by a table of bonds, among them the chain, and what their ends are joined to.
 //! - [`law`]: how a contact sticks and slides, with a file for each friction law.
 //! - [`plan`]: the [`Plan`], the numbers of the physics, derived from a scenario: load, drive and forces from
-//!   outside with their courses, disorder, and the state in which a run begins.
+//!   outside with their courses, disorder, and the state in which a run begins, which is also a checkpoint, and what a run leaves to others.
 //! - [`theory`]: predictions that results are compared with, and the preview of a run.
 
 pub mod body;
@@ -42,10 +42,13 @@ pub use body::node_state::NodeState;
 pub use law::junctions::Junctions;
 pub use law::laws::Law;
 pub use law::rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
+pub use plan::adaptive_state::{AdaptiveState, Crossing};
 pub use plan::course::{ContactCourse, Course};
 pub use plan::derive::ADVISED_SHARE;
-pub use plan::initial_state::InitialState;
+pub use plan::junction_state::{JunctionState, SavedJunctions};
+pub use plan::ledger::{Ledger, Span, Sum};
 pub use plan::splitmix::mixed;
+pub use plan::state::SliderState;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 pub use scenario::Scenario;
 pub use scenario::choices::{DetachBy, DriveKind, End, JunctionStart, ParameterSet, Reattach};

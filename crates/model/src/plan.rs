@@ -1,21 +1,25 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
+pub mod adaptive_state;
 pub mod course;
 pub(crate) mod derive;
 pub(crate) mod disorder;
-pub(crate) mod given_state;
+pub mod given_state;
 pub mod initial;
-pub mod initial_state;
+pub mod junction_state;
+pub mod ledger;
 pub mod load;
 pub mod outside;
 pub mod slab;
 pub(crate) mod splitmix;
+pub mod state;
 
 use crate::body::ends::EndBond;
 use crate::body::lattice::Lattice;
 use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course};
-use crate::plan::initial_state::InitialState;
+use crate::plan::given_state::GivenStart;
+use crate::plan::state::SliderState;
 use asperity_record::{Scales, TimeGrid};
 
 /// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
@@ -51,8 +55,10 @@ pub struct Plan {
     pub contact_load_course: Option<ContactCourse>,
     /// The driving springs.
     pub drive: Drive,
-    /// The chain before the first step.
-    pub initial: InitialState,
+    /// The slider before the first step.
+    pub initial: SliderState,
+    /// What goes on besides, if it begins in a state that is given.
+    pub given: Option<GivenStart>,
     /// The grid of time steps.
     pub grid: TimeGrid,
     /// The time step beyond which the scheme is unstable even if nothing switches, `dt_max`.
@@ -268,12 +274,6 @@ impl Plan {
         let rows = || places().map(|[_, lane, _]| lane as u32 + 1);
         let ends = rows().min().zip(rows().max()).map(|(first, last)| [first, last]);
         ends.filter(|_| places().all(|[column, ..]| column == 0))
-    }
-
-    /// The step in which the drive point has stopped or will stop, as known at the start; `u64::MAX` for none.
-    pub fn hold_step_at_start(&self) -> u64 {
-        let planned = self.drive.hold_from_step.unwrap_or(u64::MAX);
-        self.initial.carried.as_ref().map_or(planned, |carried| carried.hold_step)
     }
 
     /// `k_t` of each contact over that without disorder; empty where all are alike.

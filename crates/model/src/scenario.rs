@@ -8,7 +8,6 @@ pub(crate) mod as_coded;
 pub mod builtin;
 pub(crate) mod choices;
 pub(crate) mod defaults;
-pub(crate) mod exact;
 pub mod files;
 pub(crate) mod implausible;
 pub(crate) mod key;
@@ -171,14 +170,34 @@ impl Scenario {
     /// lines in the order of their bytes. So a key that is added later, or moved, changes no hash. Excluded are name
     /// and summary; the paths of files, whose values enter; and, of a start in a given state, where that came from.
     pub fn hash(&self) -> String {
-        let values = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
         let is_given = !self.initial.state.is_empty();
+        self.hash_of(|path| match path {
+            "initial.from" | "initial.at_s" => !is_given,
+            _ => true,
+        })
+    }
+
+    /// A hash of what moves the slider: as [`Scenario::hash`], without its start, its end, and what is recorded.
+    pub fn motion_hash(&self) -> String {
+        const OTHERS: [&str; 7] = [
+            "initial.",
+            "initial_shear.",
+            "initial_velocity.",
+            "time.start",
+            "time.duration_s",
+            "detection.",
+            "recording.",
+        ];
+        self.hash_of(|path| !OTHERS.iter().any(|other| path.starts_with(other)))
+    }
+
+    fn hash_of(&self, is_meant: impl Fn(&str) -> bool) -> String {
+        let values = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
         let enters = |path: &str| match path {
             "name" | "summary" => false,
-            "initial.from" | "initial.at_s" => !is_given,
             // The other laws determine the rule.
             "friction.reattach" => self.friction.law.uses(path),
-            _ => !path.ends_with("_csv"),
+            _ => !path.ends_with("_csv") && is_meant(path),
         };
         let mut lines = self.differing("", &KEYS, &values);
         for (index, window) in self.recording.window.iter().enumerate() {

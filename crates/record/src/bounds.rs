@@ -17,7 +17,7 @@ pub const MOST_TOML_MARKS: usize = 1_000_000;
 pub const LONGEST_NAME_BYTES: usize = 4096;
 
 /// The longest text of a state in a scenario, in bytes.
-pub const LONGEST_STATE_BYTES: usize = 7 << 20;
+pub const LONGEST_STATE_BYTES: usize = 10 << 20;
 
 /// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
 /// million bytes; a greater length is damage and must not be allocated.

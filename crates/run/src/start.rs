@@ -141,7 +141,7 @@ impl Parent {
             return Err(refuse(
                 format!("its state has {} bytes as text", text.len()),
                 &format!(
-                    "a state of up to {LONGEST_STATE_BYTES} bytes, as of a chain or a sheet of 100000 blocks"
+                    "a state of up to {LONGEST_STATE_BYTES} bytes, as of a chain of 100000 blocks or a sheet of 50000"
                 ),
             ));
         }
@@ -174,6 +174,6 @@ impl Parent {
             solver.restore(&snapshot);
         }
         while solver.next_record()?.is_some() {}
-        Ok(solver.snapshot().to_initial(&self.plan, self.scenario.keys_of_states()).to_text())
+        Ok(solver.snapshot().to_given(&self.scenario, &self.plan).to_text())
     }
 }

@@ -12,25 +12,20 @@
 mod equations;
 mod linear;
 mod rodas4;
-pub(crate) mod state;
-
-pub use state::{AdaptiveState, Crossing};
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::plan::outside::Driving;
+use asperity_model::{AdaptiveState, Crossing, Plan, SliderState, Sum};
 use asperity_record::Energy;
 
 use crate::adaptive::equations::{DriveAndLoad, Equations, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
-use crate::energy::ledger::Sum;
 use crate::records::counters::Counters;
 use crate::records::pace::{Pace, Snapshot};
 use crate::records::recorder::Recorder;
 use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
-use crate::step::state::SliderState;
 
 /// Shortest step, s. A reversal takes steps of 1e-20 s; shorter ones cannot come from finite numbers.
 const SHORTEST_STEP_S: f64 = 1e-200;
@@ -83,7 +78,7 @@ impl Adaptive {
     pub(crate) fn new(plan: Arc<Plan>) -> Adaptive {
         let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
         let equations = Equations::of(&plan, law);
-        let slider = SliderState::initial(&plan);
+        let slider = SliderState { adaptive: None, ..plan.initial.clone() };
         let blocks = plan.blocks;
         let mut solver = Adaptive {
             rodas4: Rodas4::new(&equations, law.tolerance),
@@ -104,9 +99,9 @@ impl Adaptive {
             slider,
             plan,
         };
-        let state = AdaptiveState::initial(&solver.plan, &solver.equations);
-        solver.continue_from(&state);
-        if solver.plan.initial.carried.is_some() {
+        let plan = Arc::clone(&solver.plan);
+        solver.continue_from(plan.initial.adaptive.as_ref().expect("the state of an adaptive solver"));
+        if plan.given.is_some() {
             solver.begin_in();
         }
         solver

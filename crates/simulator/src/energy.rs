@@ -41,17 +41,14 @@
 
 pub(crate) mod instability_stop;
 pub(crate) mod lattice_energy;
-pub(crate) mod ledger;
 
-use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::absorbing_kg_per_s;
+use asperity_model::{Ledger, Plan, SliderState, Span};
 use asperity_record::Energy;
 
-use crate::energy::ledger::{Ledger, Span};
 use crate::kernels::{self, Changing, Forms, Held, StepWork};
 use crate::leap::cost::span_steps;
-use crate::step::state::SliderState;
 use crate::step::strength::Ramp;
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.

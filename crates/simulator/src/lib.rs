@@ -36,10 +36,10 @@
 //!
 //! The rooms, in reading order:
 //!
-//! - `step`: one step, equation by equation (`stepper`), for any body and contact law; the state and the strength
-//!   of contacts that are its inputs; contacts of many junctions; `plain`, which takes every step. `kernels` below
-//!   it has the loops over all blocks.
-//! - `energy`: the balance of the work of the drive, its `ledger`, and the stop of a run whose time step itself
+//! - `step`: one step, equation by equation (`stepper`), for any body and contact law; the strength of
+//!   contacts that is its input; contacts of many junctions; `plain`, which takes every step. `kernels` below it has the
+//!   loops over all blocks. The state of a slider is [`asperity_model::SliderState`].
+//! - `energy`: the balance of the work of the drive, and the stop of a run whose time step itself
 //!   adds too much energy.
 //! - `records`: what a solver is, which there are, what is recorded and when, for all of them; counters,
 //!   a [`Snapshot`] of a solver, and a request to return ([`Stop`]).
@@ -63,9 +63,7 @@ mod modes;
 mod records;
 mod step;
 
-pub use adaptive::{AdaptiveState, Crossing};
 pub use energy::instability_stop::MOST_SCHEME_SHARE;
-pub use energy::ledger::{Ledger, Span, Sum};
 pub use leap::norms::Norms;
 pub use records::counters::Counters;
 pub use records::kind::SolverKind;
@@ -73,7 +71,5 @@ pub use records::pace::{Pace, Snapshot};
 pub use records::recorder::{contact_loads_n, fields};
 pub use records::solver::{Next, SimulationError, Solver};
 pub use records::stop::Stop;
-pub use step::junctions::JunctionState;
 pub use step::plain::Plain;
-pub use step::state::SliderState;
 pub use step::strength::threshold_n;

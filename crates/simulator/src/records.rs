@@ -1,7 +1,6 @@
 //! What a solver gives: rows of records, counters, pace, stops.
 
 pub(crate) mod counters;
-pub(crate) mod given_start;
 pub(crate) mod kind;
 pub(crate) mod pace;
 pub(crate) mod recorder;

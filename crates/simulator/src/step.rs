@@ -5,6 +5,5 @@ pub(crate) mod junctions;
 pub(crate) mod law;
 pub(crate) mod plain;
 pub(crate) mod single_step;
-pub(crate) mod state;
 pub(crate) mod stepper;
 pub(crate) mod strength;

@@ -15,12 +15,10 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::law::magnitude;
+use asperity_model::{Ledger, Plan, SliderState};
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
-use asperity_simulator::{
-    Ledger, Norms, Plain, SimulationError, SliderState, Solver, SolverKind, fields, threshold_n,
-};
+use asperity_simulator::{Norms, Plain, SimulationError, Solver, SolverKind, fields, threshold_n};
 use serde::{Deserialize, Serialize};
 
 /// Numbers agree within this share of the largest of their kind in the run.

@@ -6,10 +6,11 @@ use crate::law::junctions::Junctions;
 use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course, by_contact};
 use crate::plan::disorder::{Quantity, coefficients};
+use crate::plan::given_state::GivenState;
 use crate::plan::initial;
-use crate::plan::initial_state::InitialState;
 use crate::plan::load;
 use crate::plan::slab;
+use crate::plan::state::SliderState;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::scenario::choices::{DriveKind, End, ScheduleFrom, Start};
@@ -19,9 +20,9 @@ impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
     pub fn new(scenario: &Scenario) -> Plan {
         let mut plan = Plan::without_given_state(scenario);
-        let given = initial::given(scenario).expect("a resolved scenario has a state that can be read");
+        let given = GivenState::of(scenario).expect("a resolved scenario has a state that can be read");
         if let Some(given) = given {
-            initial::begin_in(&mut plan, given);
+            given.begin(scenario, &mut plan);
         }
         plan
     }
@@ -72,11 +73,11 @@ impl Plan {
                 for spring in &mut drive.springs {
                     spring.rest_m = displacement_m[spring.block];
                 }
-                InitialState {
+                SliderState {
                     velocity_m_per_s: vec![0.0; displacement_m.len()],
                     stick_position_m: vec![0.0; springs.elastic.tangential_axes() * blocks],
                     displacement_m,
-                    ..InitialState::default()
+                    ..SliderState::default()
                 }
             }
             None => initial::state(
@@ -89,6 +90,7 @@ impl Plan {
                 &start_n,
             ),
         };
+        initial.hold_step = drive.hold_from_step.unwrap_or(u64::MAX);
         let law = scenario.contact_law();
         let contact_stiffness_n_per_m = contact_stiffness_n_per_m(law, &normal_load_n);
         // Mean anchors of junctions, found for friction springs, where contacts of these stiffnesses hold the same forces.
@@ -126,6 +128,7 @@ impl Plan {
                 load.schedule_from == ScheduleFrom::Hold,
             ),
             initial,
+            given: None,
             top_load_n,
             prestress_course,
             contact_load_course: ContactCourse::new(
@@ -170,6 +173,7 @@ impl Plan {
             None if scenario.time.start == Start::Loaded => initial::start_loaded(&mut plan),
             None => {}
         }
+        plan.initial = SliderState::stuck(&plan);
         plan
     }
 }

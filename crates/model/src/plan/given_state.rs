@@ -1,11 +1,14 @@
-//! States at the start that a scenario gives: the rules of `[initial]`, tables and logs, and whether a state can be one
-//! of the slider.
+//! States at the start that a scenario gives: the rules of `[initial]`, tables and logs, the text that one run leaves
+//! to another, and how a plan begins in it.
 
-use asperity_record::MOST_STEPS;
+use std::mem;
 
-use crate::plan::initial::given;
-use crate::plan::initial_state::{Carried, CarriedJunctions, CarriedSolver, CarriedStep, InitialState};
-use crate::plan::{Plan, RecordingPlan};
+use asperity_record::TimeGrid;
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Plan;
+use crate::plan::ledger::Ledger;
+use crate::plan::state::SliderState;
 use crate::scenario::Scenario;
 use crate::scenario::profile::{Wrong, columns, is_by_block};
 use crate::scenario::rules::Refusal;
@@ -57,23 +60,182 @@ impl Scenario {
     }
 }
 
-impl Plan {
-    /// A BLAKE3 hash, hexadecimal, of what moves the slider: the plan without its start, its end, and what is recorded.
-    /// Only within one version of the program are equal plans sure to have equal hashes.
-    pub fn motion_hash(&self) -> String {
-        let mut motion = Plan {
-            steps: 0,
-            recording: RecordingPlan::default(),
-            initial: InitialState::default(),
-            ..self.clone()
-        };
-        // They follow from the start.
-        motion.drive.offset_m = 0.0;
-        motion.drive.springs.iter_mut().for_each(|spring| spring.rest_m = 0.0);
-        motion.end_bonds.iter_mut().for_each(|bond| bond.rest_m = 0.0);
-        // Numbers are written so that other bits give another text.
-        blake3::hash(format!("{motion:?}").as_bytes()).to_hex().to_string()
+/// A state that a run leaves to others that begin in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GivenState {
+    /// Keys that such a run must share, and their values ([`Scenario::keys_of_states`]); empty for a state of no log.
+    pub keys: Vec<(String, String)>,
+    /// The motion that it was reached by ([`Scenario::motion_hash`]).
+    pub motion: String,
+    /// The drive that it was reached with; `None` for one whose point moved from 0.
+    pub drive: Option<GivenDrive>,
+    /// Whether the solver took an area for its own mirror image.
+    pub mirrors: bool,
+    /// The accounts on which the fast solver bases its choice of steps.
+    pub pace: [u64; 3],
+    /// The slider.
+    pub slider: SliderState,
+}
+
+/// The drive of a run at the end of which another begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GivenDrive {
+    /// Displacement of its point.
+    pub point_m: f64,
+    /// The part of it that is no way of the drive ([`Drive::offset_m`](crate::Drive)).
+    pub offset_m: f64,
+    /// The load `F_T / F_N` that stops it, if any.
+    pub until_load_ratio: Option<f64>,
+    /// Where each spring is relaxed.
+    pub rest_m: Vec<f64>,
+    /// Where the bond of each end is.
+    pub ends_m: Vec<f64>,
+}
+
+/// How the solver of another run went on, for a plan that begins in its state; no physics. The default is that of
+/// another motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GivenStart {
+    /// The accounts on which the fast solver bases its choice of steps.
+    pub pace: Option<[u64; 3]>,
+    /// Whether it takes an area for its own mirror image.
+    pub mirrors: bool,
+}
+
+/// Hexadecimal digits of the checksum at the beginning of a text.
+const CHECKSUM_LENGTH: usize = 16;
+
+impl GivenState {
+    /// As a text on one line, exact: a checksum and JSON.
+    pub fn to_text(&self) -> String {
+        let json = serde_json::to_string(self).expect("a state is a plain struct of finite numbers");
+        format!("{} {json}", checksum(&json))
     }
+
+    /// Reads [`GivenState::to_text`].
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn from_text(text: &str) -> Result<GivenState, String> {
+        let (stated, json) = text.split_once(' ').ok_or("it does not begin with a checksum")?;
+        if stated != checksum(json) {
+            return Err("its checksum is another one: it was changed or cut".to_owned());
+        }
+        serde_json::from_str(json).map_err(|error| error.to_string())
+    }
+
+    /// The state that a scenario gives, as a text or in lists; `None` if its start follows from other keys. Anchors
+    /// that are not listed are left out.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub(crate) fn of(scenario: &Scenario) -> Result<Option<GivenState>, String> {
+        let initial = &scenario.initial;
+        if !initial.state.is_empty() {
+            return GivenState::from_text(&initial.state).map(Some);
+        }
+        if initial.displacement_m.is_empty() {
+            return Ok(None);
+        }
+        let zeros = vec![0.0; initial.displacement_m.len()];
+        let mut slip = zeros.clone();
+        for block in &initial.sliding_blocks {
+            slip[*block as usize - 1] = 1.0;
+        }
+        let velocity_m_per_s = &initial.velocity_m_per_s;
+        let slider = SliderState {
+            step: TimeGrid::new(scenario.time.step_s).nearest_step(initial.at_s),
+            displacement_m: initial.displacement_m.clone(),
+            velocity_m_per_s: if velocity_m_per_s.is_empty() { zeros } else { velocity_m_per_s.clone() },
+            stick_position_m: initial.stick_position_m.clone(),
+            slip,
+            ..SliderState::default()
+        };
+        let (keys, motion) = (Vec::new(), String::new());
+        Ok(Some(GivenState { keys, motion, drive: None, mirrors: false, pace: [0; 3], slider }))
+    }
+
+    /// Begins a plan in it. The clock goes on, and so does the drive point: with another velocity from where it is. A
+    /// drive that has stopped at a load stays where it stopped as long as that load is the one to stop at.
+    pub(crate) fn begin(self, scenario: &Scenario, plan: &mut Plan) {
+        let GivenState { motion, drive, mirrors, pace, mut slider, .. } = self;
+        let (step, planned) = (slider.step, plan.initial.hold_step);
+        let until = plan.drive.until_load_ratio;
+        if until.is_none() || drive.as_ref().is_none_or(|from| from.until_load_ratio != until) {
+            slider.hold_step = planned;
+        }
+        if let Some(from) = &drive {
+            // A drive without changes gives that point to the bit.
+            plan.drive.offset_m = from.offset_m;
+            if plan.outside(step, slider.hold_step).point_m != from.point_m {
+                plan.drive.offset_m = 0.0;
+                plan.drive.offset_m = from.point_m - plan.outside(step, slider.hold_step).point_m;
+            }
+            if from.rest_m.len() == plan.drive.springs.len() {
+                let springs = plan.drive.springs.iter_mut().zip(&from.rest_m);
+                springs.for_each(|(spring, rest_m)| spring.rest_m = *rest_m);
+            }
+        }
+        let ends_m = drive.map(|from| from.ends_m).filter(|ends_m| ends_m.len() == plan.end_bonds.len());
+        for (end, bond) in plan.end_bonds.iter_mut().enumerate() {
+            bond.rest_m = match &ends_m {
+                Some(ends_m) => ends_m[end],
+                None => bond.stretch(&slider.displacement_m),
+            };
+        }
+        if slider.stick_position_m.is_empty() {
+            // Friction springs that hold their blocks where they are.
+            let u = &slider.displacement_m;
+            let mut pull_n = plan.elastic.tangential_force_n(u);
+            plan.outside(step, slider.hold_step).add_n(&mut pull_n, [u, &slider.velocity_m_per_s]);
+            let anchor =
+                |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
+            let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
+            slider.stick_position_m = springs.map(anchor).collect();
+        }
+        // Energies are counted from here; an open span stays open.
+        slider.energy = Ledger { span: slider.energy.span, ..Ledger::default() };
+        if let Some(adaptive) = &mut slider.adaptive {
+            adaptive.unknowns.iter_mut().skip(3 * plan.blocks).for_each(|energy_j| *energy_j = 0.0);
+        }
+        plan.initial = slider;
+        if motion == scenario.motion_hash() {
+            plan.given = Some(GivenStart { pace: Some(pace), mirrors });
+            return;
+        }
+        // Forces, thresholds and the step in progress are wrong for another motion.
+        plan.given = Some(GivenStart::default());
+        let stuck = SliderState::stuck(plan);
+        let from = mem::replace(&mut plan.initial, stuck);
+        let slider = &mut plan.initial;
+        slider.slip = match (&from.junctions, plan.friction.law.junctions()) {
+            (Some(junctions), Some(law)) => {
+                let slipping = junctions.contacts.slipping.iter();
+                slipping.map(|count| f64::from(u8::from(law.slides(*count)))).collect()
+            }
+            _ => from.slip,
+        };
+        slider.detached = slider.slip.iter().filter(|slip| **slip != 0.0).count() as u32;
+        slider.sliding = slider.detached;
+        slider.just_detached = from.just_detached;
+        slider.junctions = from.junctions;
+        // Left out where contacts did not have them.
+        if from.normal_load_n.len() == slider.normal_load_n.len() {
+            slider.normal_load_n = from.normal_load_n;
+        }
+        if from.memory.len() == slider.memory.len() {
+            slider.memory = from.memory;
+        }
+        if from.stuck_since_step.len() == slider.stuck_since_step.len() {
+            slider.stuck_since_step = from.stuck_since_step;
+        }
+    }
+}
+
+fn checksum(json: &str) -> String {
+    blake3::hash(json.as_bytes()).to_hex().as_str()[..CHECKSUM_LENGTH].to_owned()
 }
 
 /// Checks the keys of `[initial]` against each other and the slider.
@@ -191,152 +353,65 @@ pub(crate) fn check(scenario: &Scenario) -> Option<Refusal> {
         .map_or("initial.displacement_m", |(key, _)| key);
     let accepted = "a state of this slider, of a step before the end of the run";
     let refuse = |problem: String| Some((key, problem, accepted.to_owned()));
-    let given = match given(scenario) {
+    let given = match GivenState::of(scenario) {
         Ok(None) => return None,
         Ok(Some(given)) => given,
         Err(problem) => return refuse(format!("no state can be read from initial.state: {problem}")),
     };
-    let keys = given.carried.as_ref().map(|carried| &*carried.keys).unwrap_or_default();
-    if let Some((key, found, wanted)) = scenario.differs_in(keys) {
+    if let Some((key, found, wanted)) = scenario.differs_in(&given.keys) {
         return Some((
             key,
             format!("{wanted}, and the state in initial.state is of a run with {found}"),
             format!("{found}, or in initial.from the log of a run with {wanted}"),
         ));
     }
-    let plan = Plan::without_given_state(scenario);
+    let mut plan = Plan::without_given_state(scenario);
     let is_of_log = !initial.state.is_empty();
-    if is_of_log && initial.at_s != 0.0 && plan.grid.nearest_step(initial.at_s) != given.step {
-        let time_s = plan.grid.time_s(given.step);
+    if is_of_log && initial.at_s != 0.0 && plan.grid.nearest_step(initial.at_s) != given.slider.step {
+        let time_s = plan.grid.time_s(given.slider.step);
         return Some((
             "initial.at_s",
             format!("{}, and the state in initial.state is that at {time_s} s", initial.at_s),
             format!("{time_s}, or no initial.state, so that initial.from is read"),
         ));
     }
-    if given.step >= plan.steps {
+    if given.slider.step >= plan.steps {
         return Some((
             "time.duration_s",
-            format!("the run begins at {} s on its clock", plan.grid.time_s(given.step)),
-            format!("a number above {}, the end on that clock", plan.grid.time_s(given.step)),
+            format!("the run begins at {} s on its clock", plan.grid.time_s(given.slider.step)),
+            format!("a number above {}, the end on that clock", plan.grid.time_s(given.slider.step)),
         ));
     }
-    if let Err(problem) = fits(&given, &plan) {
-        return refuse(problem);
+    let slider = &given.slider;
+    let tangential = plan.elastic.tangential_axes() * plan.blocks;
+    // Lists may leave out the anchors of a chain.
+    let is_left_out = slider.stick_position_m.is_empty() && plan.elastic.as_chain().is_some();
+    let anchors = if is_left_out { tangential } else { slider.stick_position_m.len() };
+    let sizes = [
+        ("displacements", slider.displacement_m.len(), plan.elastic.freedoms()),
+        ("velocities", slider.velocity_m_per_s.len(), plan.elastic.freedoms()),
+        ("anchors", anchors, tangential),
+        ("states", slider.friction_state.len(), plan.friction.evolution_effects.len()),
+    ];
+    if let Some((what, found, needed)) = sizes.into_iter().find(|(_, found, needed)| found != needed) {
+        return refuse(format!("it has {found} {what}, and the slider {needed}"));
     }
-    let moves = |n: usize| given.velocity_m_per_s[n] != 0.0;
-    let detached = given.carried.map(|carried| carried.detached).unwrap_or_default();
-    let is_stuck = |n: &usize| detached.binary_search(&(*n as u64)).is_err();
-    let moving = (0..plan.blocks).find(|n| plan.friction.law.holds() && is_stuck(n) && moves(*n));
+    given.begin(scenario, &mut plan);
+    let slider = &plan.initial;
+    if !slider.fits(&plan) {
+        return refuse("it contradicts itself or the friction law".to_owned());
+    }
+    let moves = |n: &usize| slider.slip[*n] == 0.0 && slider.velocity_m_per_s[*n] != 0.0;
+    let moving = (0..plan.blocks).find(|n| plan.friction.law.holds() && moves(n));
     moving
         .and_then(|n| refuse(format!("block {} moves, and blocks that stick without springs do not", n + 1)))
 }
 
-/// Whether it can be the state of a plan: sizes, steps, and what refers to contacts and junctions.
-fn fits(given: &InitialState, plan: &Plan) -> Result<(), String> {
-    let (blocks, freedoms) = (plan.blocks, plan.elastic.freedoms());
-    let tangential = plan.elastic.tangential_axes() * blocks;
-    // Lists may leave out the anchors of a chain.
-    let is_left_out = given.stick_position_m.is_empty() && plan.elastic.as_chain().is_some();
-    let anchors = if is_left_out { tangential } else { given.stick_position_m.len() };
-    let sizes = [
-        ("displacements", given.displacement_m.len(), freedoms),
-        ("velocities", given.velocity_m_per_s.len(), freedoms),
-        ("anchors", anchors, tangential),
-        ("states", given.state.len(), plan.friction.evolution_effects.len()),
-    ];
-    if let Some((what, found, needed)) = sizes.into_iter().find(|(_, found, needed)| found != needed) {
-        return Err(format!("it has {found} {what}, and the slider {needed}"));
-    }
-    let Some(carried) = &given.carried else { return Err("it does not say what slides".to_owned()) };
-    let none_or = |found: usize, needed: usize| found == 0 || found == needed;
-    let are_contacts =
-        |contacts: &[u64]| contacts.is_sorted_by(|a, b| a < b) && contacts.iter().all(|n| *n < blocks as u64);
-    let up_to_now = |steps: &[u64]| steps.iter().all(|step| *step <= given.step);
-    let just = &carried.just_detached;
-    let fits = are_contacts(&carried.detached)
-        && just.iter().all(|n| carried.detached.binary_search(n).is_ok())
-        && just.is_sorted_by(|a, b| a < b)
-        && (tangential > blocks || just.is_empty())
-        && none_or(carried.normal_load_n.len(), blocks)
-        && carried.normal_load_n.iter().all(|load_n| *load_n >= 0.0)
-        && none_or(carried.stuck_since_step.len(), blocks)
-        && up_to_now(&carried.stuck_since_step)
-        && carried.memory.len().is_multiple_of(blocks)
-        && (carried.hold_step == u64::MAX || carried.hold_step <= MOST_STEPS)
-        && carried.drive.iter().all(|drive| [drive.point_m, drive.offset_m].iter().all(|x| x.is_finite()))
-        && carried.solver.iter().all(|solver| solver_fits(given, plan, carried, solver));
-    if !fits {
-        return Err("it contradicts itself".to_owned());
-    }
-    match (plan.friction.law.junctions(), &carried.junctions) {
-        (None, None) => Ok(()),
-        (Some(law), Some(junctions)) if junctions.fits(blocks * law.count, given.step) => Ok(()),
-        _ => Err("its junctions are not those of the law".to_owned()),
-    }
-}
-
-/// Whether it can be that of the plan, or is of another motion and not used.
-fn solver_fits(given: &InitialState, plan: &Plan, carried: &Carried, solver: &CarriedSolver) -> bool {
-    if solver.motion != plan.motion_hash() {
-        return true;
-    }
-    let (blocks, axes) = (plan.blocks, plan.elastic.tangential_axes());
-    let forces = match plan.elastic.as_chain() {
-        Some(_) => blocks,
-        None => axes * carried.just_detached.len(),
-    };
-    let ages = plan.friction.ageing.is_some() && !plan.elastic.has_foundation();
-    solver.sliding as usize <= blocks
-        && solver.tangential_force_n.len() == forces
-        && solver.aged_threshold_n.len() == if ages { blocks } else { 0 }
-        && solver.adaptive.is_some() == plan.friction.law.rate_and_state().is_some()
-        && solver.adaptive.iter().all(|(speed, step)| *speed >= 0.0 && step.fits(plan, given.step))
-}
-
-impl CarriedJunctions {
-    /// Whether they can be `count` junctions after a step.
-    pub fn fits(&self, count: usize, step: u64) -> bool {
-        let [[broken, pinned], [broken_before, pinned_before]] = self.totals;
-        let breaks = self.breaks.iter().try_fold(0_u64, |sum, breaks| sum.checked_add(*breaks));
-        let slipping = self.slips_until_step.iter().filter(|until| **until != 0).count() as u64;
-        [self.anchor_m.len(), self.slips_until_step.len(), self.breaks.len()] == [count; 3]
-            && self.breaks.iter().all(|breaks| *breaks <= step)
-            && breaks == Some(broken)
-            && pinned.checked_add(slipping) == breaks
-            && broken_before <= broken
-            && pinned_before <= pinned
-            && broken_before.checked_sub(pinned_before).is_some_and(|slipping| slipping <= count as u64)
-    }
-}
-
-impl CarriedStep {
-    /// Whether a slider can be in it after a grid step.
-    pub fn fits(&self, plan: &Plan, step: u64) -> bool {
-        let ([total_s, rest_s], [step_s, next_s]) = (self.time_s, self.lengths_s);
-        let crossings = || self.crossing_steps.iter().zip(&self.crossing_blocks);
-        let ahead =
-            |(at, block): (&u64, &u64)| *at > step && *at <= MOST_STEPS && *block < plan.blocks as u64;
-        total_s >= 0.0
-            && rest_s.abs() <= 1e-6 * total_s
-            && total_s + rest_s <= plan.grid.time_s(step) * (1.0 + 1e-12)
-            && step_s.is_finite()
-            && step_s >= 0.0
-            && next_s.is_finite()
-            && next_s > 0.0
-            && self.unknowns.len() == 3 * plan.blocks
-            && self.crossing_steps.len() == self.crossing_blocks.len()
-            && crossings().all(ahead)
-            && crossings().is_sorted_by(|a, b| a < b)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use crate::plan::initial_state::InitialState;
     use crate::{Plan, Scenario, ScenarioSource};
 
-    use super::{COLUMNS, rows};
+    use super::{COLUMNS, GivenState, rows};
 
     fn resolve(sets: &[&str]) -> Result<Scenario, String> {
         let source = ScenarioSource::new("test.toml", "slider.blocks = 3\ntime.duration_s = 1");
@@ -427,38 +502,52 @@ mod tests {
     #[test]
     fn texts_of_states_are_exact_and_checked() {
         let plan = Plan::new(&resolve(&["initial.displacement_m=[0.1,1e-300,-0.0]"]).unwrap());
-        let text = plan.initial.to_text();
-        let read = InitialState::from_text(&text).unwrap();
-        assert_eq!((&read, read.displacement_m[2].to_bits()), (&plan.initial, (-0.0_f64).to_bits()));
-        let set = format!("initial.state='{text}'");
-        assert_eq!(Plan::new(&resolve(&[&set]).unwrap()).initial, plan.initial);
+        let given = GivenState {
+            keys: Vec::new(),
+            motion: resolve(&[]).unwrap().motion_hash(),
+            drive: None,
+            mirrors: false,
+            pace: [1, 2, 3],
+            slider: plan.initial.clone(),
+        };
+        let text = given.to_text();
+        let read = GivenState::from_text(&text).unwrap();
+        assert_eq!((&read, read.slider.displacement_m[2].to_bits()), (&given, (-0.0_f64).to_bits()));
+        let begun = Plan::new(&resolve(&[&format!("initial.state='{text}'")]).unwrap());
+        assert_eq!((&begun.initial, begun.given.unwrap().pace), (&plan.initial, Some([1, 2, 3])));
         // Any change of a character is found.
         for at in 0..text.len() {
             let mut changed = text.clone().into_bytes();
             changed[at] ^= 1;
             let changed = String::from_utf8(changed).unwrap();
-            assert!(InitialState::from_text(&changed).is_err(), "{changed}");
+            assert!(GivenState::from_text(&changed).is_err(), "{changed}");
         }
-        // With a right checksum, what it says must fit.
-        for (old, new) in [
-            ("\"hold_step\":18446744073709551615", "\"hold_step\":18446744073709551614"),
-            ("\"detached\":\"\"", "\"detached\":\"Aw==\""),
-            ("\"just_detached\":\"\"", "\"just_detached\":\"AA==\""),
-            ("\"stuck_since_step\":\"\"", "\"stuck_since_step\":\"AQEB\""),
-            ("\"normal_load_n\":\"\"", "\"normal_load_n\":\"AAAAAAAA8D8=\""),
-            (
-                "\"junctions\":null",
-                "\"junctions\":{\"anchor_m\":\"\",\"slips_until_step\":\"\",\"breaks\":\"\",\"totals\":[[0,0],[0,0]]}",
-            ),
-            ("\"velocity_m_per_s\":\"AAAAAAAA", "\"velocity_m_per_s\":\"AAAAAAAA8H8AAAAAAAA"),
-            ("\"state\":\"\"", "\"state\":\"AAAAAAAA8D8=\""),
+        // With a right checksum, what it says must fit, whichever motion it is of.
+        let json = text.split_once(' ').unwrap().1;
+        let saved = "\"count\":1,\"anchor_m\":[0.0],\"slips_until_step\":[0],\"breaks\":[0],\
+                     \"totals\":{\"breaks\":0,\"repins\":0},\"totals_before\":{\"breaks\":0,\"repins\":0}";
+        let contradicts = "it contradicts itself or the friction law";
+        for (of_all, old, new, expected) in [
+            (true, "\"slip\":[0.0,", "\"slip\":[0.5,", contradicts),
+            (true, "\"slip\":[0.0,", "\"slip\":[", contradicts),
+            (true, "\"sliding\":0,", "\"sliding\":0,\"just_detached\":[0],", contradicts),
+            (true, "\"sliding\":0,", &format!("\"sliding\":0,\"junctions\":{{{saved}}},"), contradicts),
+            (false, "\"detached\":0", "\"detached\":1", contradicts),
+            (false, "\"sliding\":0", "\"sliding\":4", contradicts),
+            (false, "\"sliding\":0,", "\"sliding\":0,\"stuck_since_step\":[1,1,1],", contradicts),
+            (false, "\"tangential_force_n\":[", "\"tangential_force_n\":[0.0,", contradicts),
+            (true, "\"velocity_m_per_s\":[", "\"velocity_m_per_s\":[0.0,", "it has 4 velocities"),
+            (true, "\"sliding\":0,", "\"sliding\":0,\"friction_state\":[1.0],", "it has 1 states"),
+            (true, "\"displacement_m\":[0.1", "\"displacement_m\":[1e999", "number out of range"),
         ] {
-            let json = text.split_once(' ').unwrap().1;
             assert!(json.contains(old), "{old} is not in {json}");
-            let forged = json.replace(old, new);
-            let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
-            let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
-            assert!(error.contains("initial.state: "), "{new}: {error}");
+            let forged = json.replacen(old, new, 1);
+            let of_another = forged.replacen(&given.motion, "another", 1);
+            for forged in [Some(forged), of_all.then_some(of_another)].into_iter().flatten() {
+                let checksum = &blake3::hash(forged.as_bytes()).to_hex().as_str()[..16].to_owned();
+                let error = resolve(&[&format!("initial.state='{checksum} {forged}'")]).unwrap_err();
+                assert!(error.contains("initial.state: ") && error.contains(expected), "{new}: {error}");
+            }
         }
     }
 }

@@ -4,10 +4,9 @@ use crate::body::chain::{SteadyLoading, Stiffness};
 use crate::body::elastic::gaps;
 use crate::body::lattice::Lattice;
 use crate::law::rate_and_state::RateAndState;
-use crate::plan::initial_state::{Carried, CarriedDrive, InitialState};
+use crate::plan::state::SliderState;
 use crate::plan::{Drive, Plan};
 use crate::scenario::Scenario;
-use asperity_record::TimeGrid;
 
 /// The state at time 0 of a run that starts at rest.
 pub(crate) fn state(
@@ -18,7 +17,7 @@ pub(crate) fn state(
     drive: &Drive,
     normal_load_n: &[f64],
     prestress_n: &[f64],
-) -> InitialState {
+) -> SliderState {
     let (nodes, freedoms) = (elastic.nodes(), elastic.freedoms());
     // Displacements whose spring forces equal the profile, from u_1 = 0; in other bodies there is none.
     let u = elastic.as_chain().map_or_else(
@@ -53,7 +52,7 @@ pub(crate) fn state(
             amplitude * libm::cos(phase)
         })
         .collect();
-    InitialState { displacement_m: u, velocity_m_per_s, stick_position_m, ..InitialState::default() }
+    SliderState { displacement_m: u, velocity_m_per_s, stick_position_m, ..SliderState::default() }
 }
 
 /// The requested initial shear of every block. The last block takes the negative of the sum of the
@@ -127,94 +126,9 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
         return;
     }
     let displacement_m = position_m.iter().zip(&steady.advance_m).map(|(a, b)| a + step as f64 * b).collect();
-    plan.initial = InitialState {
-        step,
-        displacement_m,
-        velocity_m_per_s: steady.velocity_m_per_s,
-        stick_position_m: anchors,
-        ..InitialState::default()
-    };
-}
-
-/// The state that a scenario gives, as a text or in lists; `None` if its start follows from other keys. Anchors that
-/// are not listed are left out.
-///
-/// # Errors
-/// What is wrong with the text.
-pub(crate) fn given(scenario: &Scenario) -> Result<Option<InitialState>, String> {
-    let initial = &scenario.initial;
-    if !initial.state.is_empty() {
-        return InitialState::from_text(&initial.state).map(Some);
-    }
-    if initial.displacement_m.is_empty() {
-        return Ok(None);
-    }
-    let or_zeros = |values: &[f64]| match values {
-        [] => vec![0.0; initial.displacement_m.len()],
-        values => values.to_vec(),
-    };
-    Ok(Some(InitialState {
-        step: TimeGrid::new(scenario.time.step_s).nearest_step(initial.at_s),
-        displacement_m: initial.displacement_m.clone(),
-        velocity_m_per_s: or_zeros(&initial.velocity_m_per_s),
-        stick_position_m: initial.stick_position_m.clone(),
-        state: Vec::new(),
-        carried: Some(Box::new(Carried {
-            detached: initial.sliding_blocks.iter().map(|block| *block as u64 - 1).collect(),
-            hold_step: u64::MAX,
-            ..Carried::default()
-        })),
-    }))
-}
-
-/// Begins a plan in a given state. Its clock goes on, and so does the drive point: with another velocity from where
-/// it is. A drive that has stopped at a load stays where it stopped as long as that load is the one to stop at.
-pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
-    let step = given.step;
-    plan.initial = given;
-    let Some(mut carried) = plan.initial.carried.take() else { return };
-    // What the solver knows of another motion is wrong for this one: thresholds, symmetry, the step in progress.
-    carried.solver = carried.solver.filter(|solver| solver.motion == plan.motion_hash());
-    let planned = plan.drive.hold_from_step.unwrap_or(u64::MAX);
-    let stop = |drive: &CarriedDrive| drive.until_load_ratio == plan.drive.until_load_ratio;
-    let goes_on = plan.drive.until_load_ratio.is_some() && carried.drive.as_ref().is_some_and(stop);
-    carried.hold_step = if goes_on { carried.hold_step } else { planned };
-    if let Some(from) = &carried.drive {
-        // A drive without changes gives that point to the bit.
-        plan.drive.offset_m = from.offset_m;
-        if plan.outside(step, carried.hold_step).point_m != from.point_m {
-            plan.drive.offset_m = 0.0;
-            plan.drive.offset_m = from.point_m - plan.outside(step, carried.hold_step).point_m;
-        }
-        if from.rest_m.len() == plan.drive.springs.len() {
-            plan.drive
-                .springs
-                .iter_mut()
-                .zip(&from.rest_m)
-                .for_each(|(spring, rest_m)| spring.rest_m = *rest_m);
-        }
-    }
-    match carried.drive.as_ref().filter(|from| from.ends_m.len() == plan.end_bonds.len()) {
-        Some(from) => {
-            plan.end_bonds.iter_mut().zip(&from.ends_m).for_each(|(bond, rest_m)| bond.rest_m = *rest_m);
-        }
-        None => {
-            for bond in &mut plan.end_bonds {
-                bond.rest_m = bond.stretch(&plan.initial.displacement_m);
-            }
-        }
-    }
-    if plan.initial.stick_position_m.is_empty() {
-        // Friction springs that hold their blocks where they are.
-        let u = &plan.initial.displacement_m;
-        let mut pull_n = plan.elastic.tangential_force_n(u);
-        let at_start = [u, &plan.initial.velocity_m_per_s].map(|values| &values[..]);
-        plan.outside(step, carried.hold_step).add_n(&mut pull_n, at_start);
-        let anchor = |((u, pull_n), kt): ((&f64, &f64), &f64)| if *kt > 0.0 { u - pull_n / kt } else { *u };
-        let springs = u.iter().zip(&pull_n).zip(&plan.friction.springs_n_per_m);
-        plan.initial.stick_position_m = springs.map(anchor).collect();
-    }
-    plan.initial.carried = Some(carried);
+    plan.initial.step = step;
+    plan.initial.displacement_m = displacement_m;
+    plan.initial.velocity_m_per_s = steady.velocity_m_per_s;
 }
 
 /// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the
@@ -226,14 +140,14 @@ pub(crate) fn begin_in(plan: &mut Plan, given: InitialState) {
 pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
     let drive_m_per_s = plan.drive.velocity_m_per_s;
     let effects = &plan.friction.evolution_effects;
-    plan.initial.state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
+    plan.initial.friction_state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
     let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
     let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
     let mut pull_n: Vec<f64> = plan
         .outside(0, u64::MAX)
         .loads_n()
         .iter()
-        .zip(&plan.initial.state)
+        .zip(&plan.initial.friction_state)
         .map(|(p, state)| {
             -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
         })
@@ -361,16 +275,18 @@ mod tests {
                     "{sets:?}, block {n}: {pull_n}"
                 );
                 assert!((initial.velocity_m_per_s[n] / v - 1.0).abs() < 1e-14);
-                assert!((initial.state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
+                assert!((initial.friction_state[n] - (0.6 - b * 100.0_f64.ln())).abs() < 1e-14);
                 assert_eq!(plan.friction.static_threshold_n[n], 0.6 * p);
             }
-            let state = initial.state.clone();
+            let state = initial.friction_state.clone();
             let rest =
                 self::plan(&[&["friction.law=rate-and-state", "time.start=at-rest"], sets].concat()).initial;
-            assert_eq!((rest.state, rest.step), (state, 0));
+            assert_eq!((rest.friction_state, rest.step), (state, 0));
             assert!(rest.displacement_m.iter().chain(&rest.velocity_m_per_s).all(|number| *number == 0.0));
         }
-        assert!(plan(&[]).initial.state.is_empty() && plan(&[]).friction.evolution_effects.is_empty());
+        assert!(
+            plan(&[]).initial.friction_state.is_empty() && plan(&[]).friction.evolution_effects.is_empty()
+        );
     }
 
     #[test]

@@ -258,7 +258,7 @@ fn a_branch_of_a_branch_goes_on_and_another_velocity_begins_where_the_point_is()
     let held = [&from(&log), &*at(&scenario, second), "drive.hold_from_s=0.01"];
     let held = accepted("default", &[&CHAIN[..], &held].concat());
     assert_eq!(
-        Plan::new(&held).outside(second + 9, Plan::new(&held).hold_step_at_start()).point_m,
+        Plan::new(&held).outside(second + 9, Plan::new(&held).initial.hold_step).point_m,
         point_m(&before, second)
     );
 }
@@ -327,13 +327,13 @@ fn a_table_gives_the_state_that_a_log_gives() {
     for step in steps {
         let branch = accepted("default", &[&CHAIN[..], &[&from(&log), &at(&scenario, step)]].concat());
         let initial = Plan::new(&branch).initial;
-        let detached = &initial.carried.unwrap().detached;
+        let slides = |n: usize| u8::from(initial.slip[n] != 0.0);
         let mut table = "displacement_m,velocity_m_per_s,stick_position_m,slides\n".to_owned();
         for n in 0..12 {
             let [u, v, anchor] =
                 [&initial.displacement_m, &initial.velocity_m_per_s, &initial.stick_position_m]
                     .map(|all| all[n]);
-            table.push_str(&format!("{u},{v},{anchor},{}\n", u8::from(detached.contains(&(n as u64)))));
+            table.push_str(&format!("{u},{v},{anchor},{}\n", slides(n)));
         }
         let path = folder.path().join("state.csv");
         std::fs::write(&path, table).unwrap();
@@ -432,7 +432,7 @@ fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
         let error = resolve("default", &sets).unwrap_err();
         assert!(error.contains(&expected) && error.contains("accepted: "), "{expected}\nnot in {error}");
     }
-    assert_eq!(Plan::new(&scenario).initial.carried, None);
+    assert_eq!(Plan::new(&scenario).given, None);
 }
 
 /// The scenario of a log as a later run takes it, with other values.
@@ -541,7 +541,7 @@ fn what_a_solver_knows_is_left_behind_by_another_motion() {
         let log = folder.path().join(format!("{name}.mcap"));
         made(&accepted(name, &sets), SolverKind::of(accepted(name, &sets).friction.law)[0], Some(&log));
         let branch = accepted(name, &[&sets[..], &[&from(&log), at_s]].concat());
-        let solver = |scenario: &Scenario| Plan::new(scenario).initial.carried.unwrap().solver;
+        let solver = |scenario: &Scenario| Plan::new(scenario).given.unwrap().pace;
         // What is recorded and how long is no motion.
         let longer = of_kept(&branch, &["recording.sample_s=1e-3", "initial_velocity.mode=2"]).unwrap();
         assert!(solver(&branch).is_some() && solver(&longer).is_some(), "{name}");

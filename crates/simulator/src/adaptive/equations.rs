@@ -35,10 +35,7 @@
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
-
-/// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
-/// take.
-pub(super) const ENERGIES: usize = 4;
+use asperity_model::plan::adaptive_state::ENERGIES;
 
 /// Unknowns, or their rates: `w_n` of all blocks, m; `y_n`, which without inertia follow from the others; `psi_n`; and
 /// the energies up to now, J.
@@ -121,7 +118,7 @@ pub(super) struct DriveAndLoad {
 impl DriveAndLoad {
     /// At the beginning of the piece that begins at a grid step.
     pub(super) fn from_step(plan: &Plan, step: u64) -> DriveAndLoad {
-        let outside = plan.outside(step, plan.hold_step_at_start());
+        let outside = plan.outside(step, plan.initial.hold_step);
         let per_s = 1.0 / plan.grid.step_s();
         DriveAndLoad {
             from_s: plan.grid.time_s(step),

@@ -12,7 +12,9 @@
 //!
 //! where `n` is the number of neighbours. Without inertia (`m = 0`) it is the derivative of `T = p a y + E V`.
 
-use super::equations::{Contact, ENERGIES, Equations, StepEnd, Unknowns};
+use asperity_model::plan::adaptive_state::ENERGIES;
+
+use super::equations::{Contact, Equations, StepEnd, Unknowns};
 
 /// The system of a step.
 #[derive(Debug, Clone)]

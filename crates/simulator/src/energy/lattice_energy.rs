@@ -1,8 +1,6 @@
 //! Energies of a state of a lattice, without sums over steps.
 
-use asperity_model::{Lattice, Plan};
-
-use crate::step::state::SliderState;
+use asperity_model::{Lattice, Plan, SliderState};
 
 /// Kinetic and elastic energy of a state of a lattice.
 pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (f64, f64) {

@@ -24,10 +24,9 @@ mod certificate;
 pub(crate) mod chain;
 pub(crate) mod lattice;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 
 use crate::leap::clearance::Clearance;
-use crate::step::state::SliderState;
 use crate::step::strength::{Ramp, StopForce};
 
 /// The forced part of a jump.

@@ -1,11 +1,10 @@
 //! Chains at rest under laws without friction springs: nothing moves until a contact detaches.
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::Accounts;
 use crate::leap::clearance::Clearance;
 use crate::leap::norms::ROUNDING;
-use crate::step::state::SliderState;
 use crate::step::strength::StopForce;
 
 /// Number of steps for which a chain stays at rest when all its blocks stick without springs. Nothing

@@ -8,8 +8,8 @@ mod certificate;
 mod expansion;
 mod rows;
 
-use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::Accounts;
 use crate::leap::chebyshev::Length;
@@ -17,7 +17,6 @@ use crate::leap::cost::GRID_STEPS;
 use crate::leap::cost::{self, LONG_CHAIN, Work};
 use crate::leap::window::certificate::Certificate;
 use crate::leap::window::expansion::Expansion;
-use crate::step::state::SliderState;
 
 /// The open window, or the last one.
 #[derive(Debug, Clone)]
@@ -163,13 +162,12 @@ const FORESIGHT: f64 = 1.1;
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, Scenario, ScenarioSource};
+    use asperity_model::{Plan, Scenario, ScenarioSource, SliderState};
 
     use super::Window;
     use crate::kernels;
     use crate::records::solver::Solver;
     use crate::step::plain::Plain;
-    use crate::step::state::SliderState;
 
     /// A chain without switches for a long time: thresholds out of reach, some blocks slide fast, the
     /// others stick.

@@ -1,10 +1,11 @@
 //! How a solver takes its steps, and what a checkpoint saves of it.
 
-use asperity_model::Plan;
+use asperity_model::plan::given_state::{GivenDrive, GivenState};
+use asperity_model::{Plan, Scenario, SliderState};
 use serde::{Deserialize, Serialize};
 
 use crate::leap::cost::{self, FIRST_SAVED_STEPS};
-use crate::step::state::SliderState;
+use crate::modes::slow_modes::mirrors_itself;
 
 /// A solver between two records: the slider, and the accounts that decide how the solver divides the
 /// following steps. The accounts are no physics, but a resumed run must round as the run that it continues.
@@ -21,6 +22,25 @@ impl Snapshot {
     /// Checks a loaded snapshot against the plan ([`SliderState::fits`]). Any accounts are possible.
     pub fn fits(&self, plan: &Plan) -> bool {
         self.slider.fits(plan)
+    }
+
+    /// The state in which another run can begin, from the scenario and the plan of this one.
+    pub fn to_given(self, scenario: &Scenario, plan: &Plan) -> GivenState {
+        let Snapshot { slider, pace } = self;
+        GivenState {
+            keys: scenario.keys_of_states(),
+            motion: scenario.motion_hash(),
+            drive: Some(GivenDrive {
+                point_m: plan.outside(slider.step, slider.hold_step).point_m,
+                offset_m: plan.drive.offset_m,
+                until_load_ratio: plan.drive.until_load_ratio,
+                rest_m: plan.drive.springs.iter().map(|spring| spring.rest_m).collect(),
+                ends_m: plan.end_bonds.iter().map(|bond| bond.rest_m).collect(),
+            }),
+            mirrors: plan.elastic.as_chain().is_none() && mirrors_itself(plan, &plan.elastic),
+            pace: [pace.single_steps, pace.no_jump_before_step, pace.saved_steps],
+            slider,
+        }
     }
 }
 
@@ -52,10 +72,11 @@ impl Default for Pace {
 impl Pace {
     /// At the start of a plan, which may go on from another run.
     pub(crate) fn at_start(plan: &Plan) -> Pace {
-        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
-        solver.map_or_else(Pace::default, |solver| {
-            let [single_steps, no_jump_before_step, saved_steps] = solver.pace;
-            Pace { single_steps, no_jump_before_step, saved_steps }
+        let pace = plan.given.and_then(|given| given.pace);
+        pace.map_or_else(Pace::default, |[single_steps, no_jump_before_step, saved_steps]| Pace {
+            single_steps,
+            no_jump_before_step,
+            saved_steps,
         })
     }
 

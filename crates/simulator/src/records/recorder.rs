@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use asperity_model::plan::outside::Driving;
-use asperity_model::{Plan, WindowPlan};
+use asperity_model::{Plan, SliderState, WindowPlan};
 use asperity_record::{
     Direction, Energy, FieldRecord, Record, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
@@ -12,7 +12,6 @@ use asperity_record::{
 use crate::energy::instability_stop::InstabilityStop;
 use crate::records::solver::{Next, SimulationError};
 use crate::step::single_step::SingleSteps;
-use crate::step::state::SliderState;
 use crate::step::strength::threshold_n;
 
 /// Turns states into records, and determines the next step at which a cadence requires one.

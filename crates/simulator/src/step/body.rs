@@ -14,13 +14,12 @@ pub(crate) use lattice::LatticeBody;
 
 use std::fmt::Debug;
 
-use asperity_model::Plan;
 use asperity_model::law::magnitude;
 use asperity_model::plan::outside::Outside;
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
-use crate::step::state::SliderState;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {

@@ -1,4 +1,4 @@
-//! Contacts of many junctions ([`asperity_model::law::junctions`], docs/junctions.md): their state, and a step.
+//! Contacts of many junctions ([`asperity_model::law::junctions`], docs/junctions.md): a step.
 //!
 //! A step, everything from the old state unless stated otherwise:
 //!
@@ -15,253 +15,193 @@
 //! **Visits.** In most steps of a contact no junction breaks or is pinned. Only slipping junctions move then,
 //! and of these only the ones with the outermost anchors: the drag moves an inner anchor only after an outer one has
 //! reached it. So a kernel goes over all contacts with the two outermost anchors and the sum of the others
-//! ([`crate::kernels`]), and [`loops::JunctionLoops`] visits the junctions of those contacts alone in which more
+//! ([`crate::kernels`]), and [`JunctionLoops`] visits the junctions of those contacts alone in which more
 //! happens. Each visit adds that sum up again, so the state follows from anchors and timers alone.
 
-use asperity_model::plan::initial_state::CarriedJunctions;
-use asperity_model::{Junctions, Plan};
-use asperity_record::JunctionTotals;
-use serde::{Deserialize, Serialize};
+use asperity_model::{JunctionState, Junctions, Plan};
 
-pub(crate) mod loops;
+use crate::kernels::{self, Bearing};
+use crate::step::strength::Strength;
 
-/// The state of the junctions of all contacts.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(into = "SavedJunctions", try_from = "SavedJunctions")]
-pub struct JunctionState {
-    /// Of the outermost slipping junctions, anchors are those of the last visit.
-    kept: SavedJunctions,
-    contacts: Summaries,
+/// Takes the steps of all contacts.
+#[derive(Debug, Clone)]
+pub(crate) struct JunctionLoops {
+    law: Junctions,
+    step_s: f64,
+    /// `N_s k_n`, `k_n` and `1 / (N_s k_n)`.
+    contact_stiffness_n_per_m: Vec<f64>,
+    stiffness_n_per_m: Vec<f64>,
+    compliance_m_per_n: Vec<f64>,
+    share: f64,
+    /// In this step: friction against each contact, heat of the drag, contacts that are visited, and what breaks
+    /// add to the sum of their anchors.
+    pub(crate) friction_n: Vec<f64>,
+    heat_j: Vec<f64>,
+    marks: Vec<f64>,
+    visited: Vec<(usize, f64)>,
+    /// Heat of visits, J.
+    visits_j: f64,
 }
 
-/// What the kernel needs of each contact, see [`crate::kernels::Bearing`].
-#[derive(Debug, Clone, Default)]
-struct Summaries {
-    slipping: Vec<u32>,
-    low_m: Vec<f64>,
-    high_m: Vec<f64>,
-    low_count: Vec<f64>,
-    high_count: Vec<f64>,
-    other_anchors_m: Vec<f64>,
-    above_low_m: Vec<f64>,
-    below_high_m: Vec<f64>,
-    pinned_low_m: Vec<f64>,
-    pinned_high_m: Vec<f64>,
-    due_step: Vec<f64>,
-}
-
-/// The state in checkpoints.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SavedJunctions {
-    /// Junctions of a contact.
-    count: usize,
-    /// Contact by contact, for each junction: its anchor; its last step of slip, 0 for a pinned one; how often it has
-    /// broken.
-    anchor_m: Vec<f64>,
-    slips_until_step: Vec<u64>,
-    breaks: Vec<u64>,
-    /// Of all junctions, up to the last step and up to the one before.
-    totals: JunctionTotals,
-    totals_before: JunctionTotals,
-}
-
-impl From<JunctionState> for SavedJunctions {
-    fn from(mut state: JunctionState) -> SavedJunctions {
-        for n in 0..state.contacts.slipping.len() {
-            state.refresh(n);
-        }
-        state.kept
-    }
-}
-
-impl TryFrom<SavedJunctions> for JunctionState {
-    type Error = &'static str;
-
-    fn try_from(stored: SavedJunctions) -> Result<JunctionState, &'static str> {
-        let (count, all) = (stored.count, stored.anchor_m.len());
-        if count == 0 || all % count != 0 || [stored.slips_until_step.len(), stored.breaks.len()] != [all; 2]
-        {
-            return Err("the junctions of its contacts are incomplete");
-        }
-        Ok(JunctionState::of(stored))
-    }
-}
-
-impl PartialEq for JunctionState {
-    fn eq(&self, other: &JunctionState) -> bool {
-        SavedJunctions::from(self.clone()) == SavedJunctions::from(other.clone())
-    }
-}
-
-impl JunctionState {
-    /// At the start of a plan: all junctions pinned, unless it begins in a given state; `None` by laws without them.
-    pub(crate) fn initial(plan: &Plan) -> Option<Box<JunctionState>> {
+impl JunctionLoops {
+    /// For the contacts of a plan; `None` by laws without junctions.
+    pub(crate) fn of(plan: &Plan) -> Option<JunctionLoops> {
         let law = plan.friction.law.junctions()?;
-        let count = law.count;
-        let carried = plan.initial.carried.as_ref().and_then(|carried| carried.junctions.clone());
-        if let Some(CarriedJunctions { anchor_m, slips_until_step, breaks, totals }) = carried {
-            let [totals, totals_before] = totals.map(|[breaks, repins]| JunctionTotals { breaks, repins });
-            let kept = SavedJunctions { count, anchor_m, slips_until_step, breaks, totals, totals_before };
-            return Some(Box::new(JunctionState::of(kept)));
-        }
-        let mut anchor_m = Vec::with_capacity(plan.blocks * law.count);
-        for n in 0..plan.blocks {
-            let k = plan.friction.contact_stiffness_n_per_m[n] / law.count as f64;
-            let width_n = law.width * plan.normal_load_n[n] / law.count as f64;
-            let mean_m = plan.initial.stick_position_m[n];
-            anchor_m.extend(law.offsets(n).iter().map(|q| mean_m + width_n * q / k));
-        }
-        let zeros = vec![0; anchor_m.len()];
-        let kept = SavedJunctions {
-            count,
-            anchor_m,
-            slips_until_step: zeros.clone(),
-            breaks: zeros,
-            ..SavedJunctions::default()
-        };
-        Some(Box::new(JunctionState::of(kept)))
+        let zeros = || vec![0.0; plan.blocks];
+        let stiffnesses = || plan.friction.contact_stiffness_n_per_m.iter();
+        Some(JunctionLoops {
+            law,
+            step_s: plan.grid.step_s(),
+            contact_stiffness_n_per_m: stiffnesses().copied().collect(),
+            stiffness_n_per_m: stiffnesses().map(|stiffness| stiffness / law.count as f64).collect(),
+            compliance_m_per_n: stiffnesses().map(|stiffness| 1.0 / stiffness).collect(),
+            share: 1.0 / law.count as f64,
+            friction_n: zeros(),
+            heat_j: zeros(),
+            marks: zeros(),
+            visited: Vec::new(),
+            visits_j: 0.0,
+        })
     }
 
-    fn of(kept: SavedJunctions) -> JunctionState {
-        let contacts = kept.anchor_m.len() / kept.count;
-        let zeros = || vec![0.0; contacts];
-        let summaries = Summaries {
-            slipping: vec![0; contacts],
-            low_m: zeros(),
-            high_m: zeros(),
-            low_count: zeros(),
-            high_count: zeros(),
-            other_anchors_m: zeros(),
-            above_low_m: zeros(),
-            below_high_m: zeros(),
-            pinned_low_m: zeros(),
-            pinned_high_m: zeros(),
-            due_step: zeros(),
+    /// Items 1 to 3 of a step: [`JunctionLoops::friction_n`], which is taken from the forces from outside, and the
+    /// mean anchors.
+    pub(crate) fn pull(
+        &mut self,
+        state: &mut JunctionState,
+        mean_anchor_m: &mut [f64],
+        outer_n: &mut [f64],
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
+    ) {
+        // The contacts are the first of all freedoms.
+        let u = &u[..mean_anchor_m.len()];
+        state.kept.totals_before = state.kept.totals;
+        let contacts = &mut state.contacts;
+        let bearing = Bearing {
+            u,
+            threshold_n: &strength.threshold_n,
+            sliding_friction_n: &strength.sliding_friction_n,
+            stiffness_n_per_m: &self.stiffness_n_per_m,
+            compliance_m_per_n: &self.compliance_m_per_n,
+            low_count: &contacts.low_count,
+            high_count: &contacts.high_count,
+            other_anchors_m: &contacts.other_anchors_m,
+            above_low_m: &contacts.above_low_m,
+            below_high_m: &contacts.below_high_m,
+            pinned_low_m: &contacts.pinned_low_m,
+            pinned_high_m: &contacts.pinned_high_m,
+            due_step: &contacts.due_step,
+            step: step as f64,
+            share: self.share,
         };
-        let mut state = JunctionState { kept, contacts: summaries };
-        for n in 0..contacts {
+        let (low_m, high_m) = (&mut contacts.low_m, &mut contacts.high_m);
+        let any = kernels::drag(low_m, high_m, mean_anchor_m, &mut self.heat_j, &mut self.marks, &bearing);
+        self.visits_j = 0.0;
+        self.visited.clear();
+        if any {
+            for (n, mean_anchor_m) in mean_anchor_m.iter_mut().enumerate() {
+                if self.marks[n] != 0.0 {
+                    *mean_anchor_m = self.visit(state, n, strength, (step, u));
+                }
+            }
+        }
+        let friction_n = &mut self.friction_n;
+        kernels::resist(friction_n, outer_n, &self.contact_stiffness_n_per_m, u, mean_anchor_m);
+    }
+
+    /// Items 1 to 3 for all junctions of a contact, of which the outermost are dragged already; returns the mean of
+    /// their anchors before any breaks.
+    fn visit(
+        &mut self,
+        state: &mut JunctionState,
+        n: usize,
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
+    ) -> f64 {
+        state.refresh(n);
+        let (law, k, u) = (self.law, self.stiffness_n_per_m[n], u[n]);
+        let reach = strength.sliding_friction_n[n] * self.compliance_m_per_n[n];
+        let strength = strength.threshold_n[n] * self.share;
+        let released_j = |from: f64, to: f64| 0.5 * k * (to - from) * ((u - from) + (u - to));
+        let all = n * law.count..(n + 1) * law.count;
+        for j in all.clone() {
+            if state.kept.slips_until_step[j] != 0 {
+                let from = state.kept.anchor_m[j];
+                state.kept.anchor_m[j] = from.max(u - reach).min(u + reach);
+                self.visits_j += released_j(from, state.kept.anchor_m[j]);
+            }
+        }
+        let anchors: f64 = state.kept.anchor_m[all.clone()].iter().sum();
+        let mut broken_m = 0.0;
+        for j in all.clone() {
+            let stretch = u - state.kept.anchor_m[j];
+            if state.kept.slips_until_step[j] == 0 && k * stretch.abs() >= strength {
+                let to = if stretch == 0.0 { u } else { u - reach.copysign(stretch) };
+                self.visits_j += released_j(state.kept.anchor_m[j], to);
+                broken_m += to - state.kept.anchor_m[j];
+                state.kept.anchor_m[j] = to;
+                state.kept.breaks[j] += 1;
+                state.kept.totals.breaks += 1;
+                let steps = law.slip_steps(n, j - all.start, state.kept.breaks[j], self.step_s);
+                // A time that is longer than any run saturates.
+                state.kept.slips_until_step[j] = step.saturating_add(steps);
+            }
+        }
+        self.visited.push((n, broken_m));
+        anchors * self.share
+    }
+
+    /// Item 5, after the motion: marks the contacts that begin or cease to slide, and returns whether any does.
+    pub(crate) fn repin(
+        &mut self,
+        state: &mut JunctionState,
+        mean_anchor_m: &mut [f64],
+        slip: &[f64],
+        strength: &Strength,
+        (step, u): (u64, &[f64]),
+    ) -> bool {
+        let mut any = false;
+        for &(n, _) in &self.visited {
+            let (k, u) = (self.stiffness_n_per_m[n], u[n]);
+            let of = n * self.law.count..(n + 1) * self.law.count;
+            // Without load all junctions slip, however long.
+            let bears = strength.threshold_n[n] > 0.0 || strength.sliding_friction_n[n] > 0.0;
+            for j in of.clone() {
+                let until = state.kept.slips_until_step[j];
+                if bears && until != 0 && until <= step {
+                    let stretch = u - state.kept.anchor_m[j];
+                    self.visits_j += 0.5 * k * stretch * stretch;
+                    state.kept.anchor_m[j] = u;
+                    state.kept.slips_until_step[j] = 0;
+                    state.kept.totals.repins += 1;
+                }
+            }
             state.summarize(n);
+            mean_anchor_m[n] = state.kept.anchor_m[of].iter().sum::<f64>() * self.share;
+            any |= self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
         }
-        state
+        any
     }
 
-    /// Whether it can be that of a plan after a step, given which contacts slide: a state from a file must pass.
-    pub(crate) fn fits(&self, plan: &Plan, step: u64, slip: &[f64]) -> bool {
-        let slides = |law: Junctions| {
-            slip.iter().enumerate().all(|(n, slip)| law.slides(self.slipping(n)) == (*slip != 0.0))
-        };
-        let count = plan.blocks * self.kept.count;
-        self.carried().fits(count, step)
-            && self.kept.anchor_m.iter().all(|anchor_m| anchor_m.is_finite())
-            && plan.friction.law.junctions().is_some_and(|law| law.count == self.kept.count && slides(law))
-    }
-
-    /// As the state of a run that begins here.
-    pub(crate) fn carried(&self) -> CarriedJunctions {
-        let SavedJunctions { anchor_m, slips_until_step, breaks, totals, totals_before, .. } =
-            self.clone().into();
-        let totals = [totals, totals_before].map(|JunctionTotals { breaks, repins }| [breaks, repins]);
-        CarriedJunctions { anchor_m, slips_until_step, breaks, totals }
-    }
-
-    /// Breaks and re-pins up to the last step.
-    pub fn totals(&self) -> JunctionTotals {
-        self.kept.totals
-    }
-
-    /// Breaks and re-pins of all steps before the last.
-    pub(crate) fn totals_before(&self) -> JunctionTotals {
-        self.kept.totals_before
-    }
-
-    /// How many junctions of a contact slip.
-    pub(crate) fn slipping(&self, n: usize) -> u32 {
-        self.contacts.slipping[n]
-    }
-
-    /// The outermost anchors of the slipping junctions of a contact as of the last visit; infinite without any.
-    fn outermost_m(&self, n: usize) -> [f64; 2] {
-        let of = n * self.kept.count..(n + 1) * self.kept.count;
-        let all = self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]);
-        let slipping = all.filter(|(_, until)| **until != 0).map(|(anchor, _)| *anchor);
-        slipping.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
-    }
-
-    /// The anchors of a contact, and whether each junction slips.
-    fn junctions(&self, n: usize) -> impl Iterator<Item = (f64, bool)> + '_ {
-        let of = n * self.kept.count..(n + 1) * self.kept.count;
-        let [low, high] = self.outermost_m(n);
-        let (low, high) = ((low, self.contacts.low_m[n]), (high, self.contacts.high_m[n]));
-        self.kept.anchor_m[of.clone()].iter().zip(&self.kept.slips_until_step[of]).map(
-            move |(anchor, until)| {
-                let slips = *until != 0;
-                let anchor = match [low, high].into_iter().find(|(visited, _)| slips && anchor == visited) {
-                    Some((_, dragged)) => dragged,
-                    None => *anchor,
-                };
-                (anchor, slips)
-            },
-        )
-    }
-
-    /// Energy of the junctions of a contact at `u`.
-    pub(crate) fn energy_j(&self, plan: &Plan, n: usize, u: f64) -> f64 {
-        let k = plan.friction.contact_stiffness_n_per_m[n] / self.kept.count as f64;
-        self.junctions(n).map(|(anchor, _)| 0.5 * k * (u - anchor) * (u - anchor)).sum()
-    }
-
-    /// The mean force of the pinned junctions of a contact at `u`, and the width of the uniform distribution with
-    /// the deviation of these forces, both over the load that each junction bears; 0 where none is pinned or loaded.
-    pub(crate) fn pinned_ratios(&self, plan: &Plan, n: usize, u: f64, normal_load_n: f64) -> [f64; 2] {
-        let per_m = plan.friction.contact_stiffness_n_per_m[n] / normal_load_n;
-        let forces =
-            || self.junctions(n).filter(|(_, slips)| !slips).map(move |(anchor, _)| per_m * (u - anchor));
-        let count = (self.kept.count - self.slipping(n) as usize) as f64;
-        if count == 0.0 || normal_load_n == 0.0 {
-            return [0.0; 2];
+    /// Sets the bit of every contact that begins or ceases to slide.
+    pub(crate) fn mark_switches(&self, state: &JunctionState, slip: &[f64], marks: &mut [u64]) {
+        marks.fill(0);
+        for &(n, _) in &self.visited {
+            let switches = self.law.slides(state.slipping(n)) != (slip[n] != 0.0);
+            marks[n / 64] |= u64::from(switches) << (n % 64);
         }
-        let mean = forces().sum::<f64>() / count;
-        let square = forces().map(|force| (force - mean) * (force - mean)).sum::<f64>() / count;
-        [mean, (12.0 * square).sqrt()]
     }
 
-    /// Brings the anchors of a contact's junctions up to the last step.
-    fn refresh(&mut self, n: usize) {
-        let now: Vec<f64> = self.junctions(n).map(|(anchor, _)| anchor).collect();
-        self.kept.anchor_m[n * self.kept.count..(n + 1) * self.kept.count].copy_from_slice(&now);
-    }
-
-    /// Derives what the kernel needs of a contact from its junctions.
-    fn summarize(&mut self, n: usize) {
-        let of = n * self.kept.count..(n + 1) * self.kept.count;
-        let all = || {
-            self.kept.anchor_m[of.clone()]
-                .iter()
-                .copied()
-                .zip(self.kept.slips_until_step[of.clone()].iter().copied())
-        };
-        let slipping = || all().filter(|(_, until)| *until != 0).map(|(anchor, _)| anchor);
-        let pinned = || all().filter(|(_, until)| *until == 0).map(|(anchor, _)| anchor);
-        let [low, high] = self.outermost_m(n);
-        let inner = || slipping().filter(|anchor| *anchor != low && *anchor != high);
-        let others = all().filter(|(anchor, until)| *until == 0 || (*anchor != low && *anchor != high));
-        let contacts = &mut self.contacts;
-        contacts.other_anchors_m[n] = others.map(|(anchor, _)| anchor).sum();
-        contacts.slipping[n] = slipping().count() as u32;
-        contacts.low_count[n] = slipping().filter(|anchor| *anchor == low).count() as f64;
-        contacts.high_count[n] =
-            if low == high { 0.0 } else { slipping().filter(|anchor| *anchor == high).count() as f64 };
-        contacts.above_low_m[n] = inner().fold(f64::INFINITY, f64::min);
-        contacts.below_high_m[n] = inner().fold(f64::NEG_INFINITY, f64::max);
-        contacts.pinned_low_m[n] = pinned().fold(f64::NAN, f64::min);
-        contacts.pinned_high_m[n] = pinned().fold(f64::NAN, f64::max);
-        let due = all().map(|(_, until)| until).filter(|until| *until != 0).min();
-        contacts.due_step[n] = due.map_or(f64::INFINITY, |step| step as f64);
-        // Without slipping junctions any finite anchors do.
-        let is_any = contacts.slipping[n] > 0;
-        let (low, high) = if is_any { (low, high) } else { (0.0, 0.0) };
-        (contacts.low_m[n], contacts.high_m[n]) = (low, high);
+    /// Friction heat of the step, and the energy that the time step adds at the contacts, whose springs keep their
+    /// pull during the motion, J; given the new velocities. A junction that breaks keeps its anchor during the
+    /// motion.
+    pub(crate) fn heat_and_scheme_j(&self, velocity_m_per_s: &[f64]) -> [f64; 2] {
+        let (dt, k) = (self.step_s, &self.stiffness_n_per_m);
+        let [dragged_j, stretch] = kernels::heat_and_stretch(&self.heat_j, k, velocity_m_per_s);
+        let broken = self.visited.iter();
+        let broken_j: f64 = broken.map(|(n, moved_m)| k[*n] * moved_m * dt * velocity_m_per_s[*n]).sum();
+        [dragged_j + (self.visits_j + broken_j), 0.5 * self.law.count as f64 * dt * dt * stretch]
     }
 }
 

@@ -6,12 +6,11 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::law::laws::Law;
 use asperity_model::law::{ContactLaw, Stepped, WithLaw};
+use asperity_model::{Plan, SliderState};
 
 use crate::kernels::{self, After, Blocks, ContactInputs, Moved, StepWork};
-use crate::step::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {

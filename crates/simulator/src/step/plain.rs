@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::plan::outside::Driving;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::Bookkeeping;
 use crate::records::counters::Counters;
@@ -13,7 +13,6 @@ use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
 use crate::step::body::{ChainBody, LatticeBody, OfPlan};
 use crate::step::single_step::SingleSteps;
-use crate::step::state::SliderState;
 use crate::step::stepper::Stepper;
 
 /// Takes every step singly.

@@ -2,11 +2,11 @@
 
 use std::fmt::Debug;
 
+use asperity_model::SliderState;
 use asperity_model::plan::outside::Driving;
 use asperity_record::Energy;
 
 use crate::records::counters::Counters;
-use crate::step::state::SliderState;
 
 /// Takes single steps, of any body.
 pub(crate) trait SingleSteps: Debug + Send {

@@ -23,15 +23,14 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::plan::outside::{Driving, Outside};
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::records::counters::Counters;
 use crate::step::body::{Body, OfPlan};
 use crate::step::single_step::SingleSteps;
-use crate::step::state::SliderState;
 use crate::step::strength::{self, StopForce};
 
 /// A slider, and how it gets from one step to the next.
@@ -50,9 +49,9 @@ pub(crate) struct Stepper<B> {
 impl<B: OfPlan> Stepper<B> {
     /// The slider at the start of a plan, with kernels for a certain instruction set.
     pub(crate) fn new(plan: Arc<Plan>, elastic: &B::Elastic, keeping: Bookkeeping) -> Stepper<B> {
-        let mut state = SliderState::initial(&plan);
+        let mut state = plan.initial.clone();
         let mut body = B::of_plan(&plan, elastic, &state, keeping);
-        if plan.initial.carried.is_some() {
+        if plan.given.is_some() {
             body.begin_in(&plan, &mut state);
         }
         Stepper::of(plan, state, body)

@@ -4,11 +4,9 @@
 //! step, and so is the driving force that stops a drive; a static threshold may also grow while its
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
-use asperity_model::Plan;
 use asperity_model::plan::Ageing;
 pub(crate) use asperity_model::plan::load::{Load, Ramp};
-
-use crate::step::state::SliderState;
+use asperity_model::{Plan, SliderState};
 
 /// The sum of the driving forces at which the drive point stops, proportional to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Compares the fast solver of sheets and bodies with single steps: equal switches in equal steps, and equal
 //! numbers within rounding.
 
-use asperity_simulator::{SliderState, SolverKind};
+use asperity_simulator::SolverKind;
 use asperity_testkit::Random;
 
 use crate::every_body::{BODY, SHEET};
@@ -132,7 +132,7 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
         let lattice = plan.elastic;
         let nodes = lattice.nodes();
         let shaken = |shape: u32, amplitude: f64| {
-            let mut state = SliderState::initial(&plan);
+            let mut state = plan.initial.clone();
             for node in 0..nodes {
                 let counts = [lattice.columns, lattice.lanes, lattice.rows];
                 let place = lattice.place(node);

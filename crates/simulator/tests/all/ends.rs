@@ -3,10 +3,10 @@
 
 use std::f64::consts::PI;
 
-use asperity_model::Plan;
 use asperity_model::body::ends::{EndBond, absorbed_reflection};
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
-use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
+use asperity_simulator::{Plain, Solver, SolverKind};
 use asperity_testkit::{Random, plan};
 
 use crate::fast_and_plain::{
@@ -76,7 +76,7 @@ fn modes_of_reflecting_ends_swing_as_their_dispersion_says() {
             let steps = 30_000;
             let plan = linear(ends, blocks, 0.01, steps);
             let q = number(f64::from(mode), f64::from(blocks));
-            let mut state = SliderState::initial(&plan);
+            let mut state = plan.initial.clone();
             for (n, u) in state.displacement_m.iter_mut().enumerate() {
                 *u = 1e-6 * shape(q, n as f64);
             }
@@ -102,7 +102,7 @@ fn modes_of_reflecting_ends_swing_as_their_dispersion_says() {
 
 /// A packet of waves on its way to the last block: of phase per block `q`, and so wide that `q` hardly varies.
 fn packet(plan: &Plan, q: f64) -> SliderState {
-    let mut state = SliderState::initial(plan);
+    let mut state = plan.initial.clone();
     let rate = (plan.elastic.stiffness_n_per_m / plan.block_mass_kg).sqrt();
     let (w, group) = (2.0 * rate * (q / 2.0).sin(), rate * (q / 2.0).cos());
     let (centre, width) = (plan.blocks as f64 - 400.0, 70.0);
@@ -153,7 +153,7 @@ fn a_periodic_chain_keeps_its_momentum() {
     plan.drive.springs.clear();
     plan.friction.dynamic_friction_n.fill(0.0);
     for kind in [SolverKind::Plain, SolverKind::Fast] {
-        let mut state = SliderState::initial(&plan);
+        let mut state = plan.initial.clone();
         let mut noise = Random::new(3);
         for n in 0..plan.blocks {
             state.velocity_m_per_s[n] = noise.uniform(1.0, 2.0);

@@ -1,8 +1,8 @@
 //! What both solvers promise for every kind of body, each promise once over a table of small ones: records depend
 //! neither on what else is recorded nor on where a run is resumed, and samples inside leaps are those of single steps.
 
-use asperity_model::Plan;
-use asperity_simulator::{Crossing, SliderState, SolverKind};
+use asperity_model::{Crossing, Plan, SliderState};
+use asperity_simulator::SolverKind;
 use asperity_testkit::SMALL_SLAB;
 
 use crate::fast_and_plain::{recording_changes_nothing, resumes_to_the_bit, samples_agree};

@@ -1,7 +1,7 @@
 //! Radiation damping of rigid contacts and of friction springs: both solvers agree switch by switch, and on all
 //! energies, which balance.
 
-use asperity_simulator::{SliderState, SolverKind};
+use asperity_simulator::SolverKind;
 use asperity_testkit::{Random, plan};
 
 use crate::fast_and_plain::{compare_random, fields, from_state, last_energy, run, some_chain, switching};
@@ -69,7 +69,7 @@ fn a_chain_slides_up_to_the_speed_at_which_it_radiates_all_work() {
         "recording.fields_s=1e-4",
     ];
     let plan = plan("front", &sets);
-    let (found, _) = from_state(&plan, &SliderState::initial(&plan));
+    let (found, _) = from_state(&plan, &plan.initial.clone());
     assert!(found.iter().any(|(_, sliding, _)| *sliding == 12), "{found:?}");
     let pushes = plan.prestress_n.iter().zip(&plan.friction.dynamic_friction_n);
     let steady_m_per_s = pushes.map(|(push, friction)| push - friction).sum::<f64>() / 40.0;

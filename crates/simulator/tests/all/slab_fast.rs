@@ -1,7 +1,7 @@
 //! Compares the fast solver of slabs with single steps: equal switches in equal steps, and equal numbers
 //! within rounding.
 
-use asperity_simulator::{SliderState, SolverKind};
+use asperity_simulator::SolverKind;
 use asperity_testkit::Random;
 
 use crate::every_body::SLAB;
@@ -98,7 +98,7 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
     let plan = SLAB.plan(&[&sets[..], &["slider.relative_damping=0.02"]].concat());
     let nodes = plan.elastic.nodes();
     let shaken = |shape: u32, amplitude: f64| {
-        let mut state = SliderState::initial(&plan);
+        let mut state = plan.initial.clone();
         for node in 0..nodes {
             let (row, column) = ((node / 9) as f64, (node % 9) as f64 - 4.0);
             let v = 0.02 * amplitude;

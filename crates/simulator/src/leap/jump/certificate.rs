@@ -17,7 +17,7 @@ use std::array;
 use std::sync::Arc;
 
 use asperity_model::law::magnitude;
-use asperity_model::{Lattice, Plan};
+use asperity_model::{Lattice, Plan, SliderState};
 
 use crate::kernels;
 use crate::leap::clearance::Clearance;
@@ -26,7 +26,6 @@ use crate::leap::norms::ROUNDING;
 use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::ClassModes;
-use crate::step::state::SliderState;
 use crate::step::strength::{StopForce, least_threshold_n};
 
 /// Stretches whose ends are evaluated exactly.

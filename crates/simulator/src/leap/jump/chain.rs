@@ -20,9 +20,9 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::body::chain::{SteadyLoading, Stiffness};
 use asperity_model::body::elastic::Chain;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::{Accounts, Radiated};
 use crate::kernels;
@@ -33,7 +33,6 @@ use crate::leap::norms::{Norms, invariant_of_chain};
 use crate::modes::operator_cache;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::modes::{Coordinates, Modes, Powers};
-use crate::step::state::SliderState;
 
 /// Below this many steps windows are cheaper than a jump with stored modes.
 const SHORTEST: u64 = 10_000;

@@ -17,9 +17,8 @@ mod account;
 
 use std::sync::{Arc, OnceLock};
 
-use asperity_model::Plan;
+use asperity_model::{Ledger, Plan, SliderState};
 
-use crate::energy::ledger::Ledger;
 use crate::kernels;
 use crate::leap::jump::Forced;
 use crate::leap::jump::certificate::{Certificate, Part};
@@ -29,7 +28,6 @@ use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::{ClassModes, Motions, SlowModes, StuckLattice, top_loads};
 use crate::records::stop::Stop;
-use crate::step::state::SliderState;
 use crate::step::strength::static_coefficient;
 
 /// Below this many steps a jump is not worth it.

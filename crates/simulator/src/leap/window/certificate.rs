@@ -11,13 +11,12 @@
 
 use std::cell::Cell;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 
 use crate::kernels::{self, Course, Reserve, margin};
 use crate::leap::chebyshev::MOST_STEPS;
 use crate::leap::norms::{Norms, ROUNDING};
 use crate::leap::window::expansion::{Expansion, Sizes};
-use crate::step::state::SliderState;
 use crate::step::strength::StopForce;
 
 /// One guard over a window: its value and rate at the start, its kind, its terms and their unit, and its reserve.

@@ -14,16 +14,15 @@
 use std::hint::select_unpredictable;
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::EndBond;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::{Radiated, hold_stuck};
 use crate::kernels::{self, Held, TermChain, Terms};
 use crate::leap::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::leap::window::rows::Rows;
 use crate::modes::operator_cache;
-use crate::step::state::SliderState;
 use crate::step::strength::{Ramp, Strength};
 
 /// Fewest terms of a window.

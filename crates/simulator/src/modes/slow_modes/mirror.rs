@@ -114,8 +114,8 @@ pub(crate) fn mirror_image(lattice: &Lattice, freedom: usize) -> usize {
 /// Whether the contacts of a plan and its start equal their mirror images, to the bit. A run that goes on from
 /// another takes what the other one took; any other given state is taken to have no symmetry.
 pub(crate) fn mirrors_itself(plan: &Plan, lattice: &Lattice) -> bool {
-    if let Some(carried) = &plan.initial.carried {
-        return carried.solver.as_ref().is_some_and(|solver| solver.mirrors);
+    if let Some(given) = &plan.given {
+        return given.mirrors;
     }
     let (columns, lanes) = (lattice.columns, lattice.lanes);
     let of_contacts = |values: &[f64]| {

@@ -5,18 +5,17 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::law::magnitude;
 use asperity_model::plan::outside::Outside;
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{self, After, Blocks, Moved};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::loops::JunctionLoops;
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ChainLoops, loops};
-use crate::step::state::SliderState;
 use crate::step::strength::Strength;
 
 /// A chain of blocks.
@@ -101,8 +100,7 @@ impl OfPlan for ChainBody {
 
 impl Body for ChainBody {
     fn begin_in(&mut self, plan: &Plan, state: &mut SliderState) {
-        let solver = plan.initial.carried.as_ref().and_then(|carried| carried.solver.as_ref());
-        if solver.is_some_and(|solver| solver.has_open_span) {
+        if state.energy.span.take().is_some() {
             self.accounts.begin(plan, state, state.step);
         }
     }

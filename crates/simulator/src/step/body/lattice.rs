@@ -21,16 +21,15 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use asperity_model::plan::outside::Outside;
-use asperity_model::{Lattice, Plan};
+use asperity_model::{Lattice, Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
-use crate::step::junctions::loops::JunctionLoops;
+use crate::step::junctions::JunctionLoops;
 use crate::step::law::{ContactLoops, loops, loops_over_area};
-use crate::step::state::SliderState;
 use crate::step::strength::Strength;
 
 /// A lattice whose contacts have `D` tangential freedoms.
@@ -344,15 +343,14 @@ mod tests {
     use asperity_model::body::lattice::{BLOCK, SHEET};
     use asperity_model::law::magnitude;
     use asperity_model::plan::DriveSpring;
-    use asperity_model::resolve;
-    use asperity_model::{InitialState, Lattice, Plan};
+    use asperity_model::{Lattice, Plan};
+    use asperity_model::{SliderState, resolve};
 
     use super::LatticeBody;
     use crate::energy::Bookkeeping;
     use crate::step::body::ChainBody;
     use crate::step::law::loops_over_area;
     use crate::step::single_step::SingleSteps;
-    use crate::step::state::SliderState;
     use crate::step::stepper::Stepper;
 
     const COUNTS: [usize; 3] = [4, 4, 3];
@@ -395,14 +393,16 @@ mod tests {
                 direction: velocities[axis],
             })
             .collect();
-        plan.initial = InitialState {
+        plan.initial = SliderState {
             displacement_m: vec![0.0; 3 * nodes],
             velocity_m_per_s: vec![0.0; 3 * nodes],
             stick_position_m: vec![0.0; 2 * contacts],
-            ..InitialState::default()
+            hold_step: u64::MAX,
+            ..SliderState::default()
         };
+        plan.initial = SliderState::stuck(&plan);
         let plan = Arc::new(plan);
-        let mut state = SliderState::initial(&plan);
+        let mut state = plan.initial.clone();
         state.tangential_force_n.resize(2 * contacts, 0.0);
         let body = LatticeBody::new(&plan, lattice, loops_over_area(plan.friction.law));
         (Arc::clone(&plan), Stepper::of(plan, state, body))
@@ -466,6 +466,7 @@ mod tests {
         ] {
             values.resize(80, 0.0);
         }
+        sheet.initial = SliderState::stuck(&sheet);
         let sheet = Arc::new(sheet);
         let mut of_sheet = Stepper::<LatticeBody<2>>::new(sheet, &lattice, Bookkeeping::EveryStep);
         let (mut switches, mut largest_n) = (0, 0.0_f64);

@@ -2,12 +2,11 @@
 //! (docs/junctions.md).
 
 use asperity_model::resolve;
-use asperity_model::{Junctions, Plan, mixed};
+use asperity_model::{JunctionState, Junctions, Plan, SavedJunctions, mixed};
 use asperity_record::JunctionTotals;
 use asperity_testkit::DirectContact;
 
-use super::loops::JunctionLoops;
-use super::{JunctionState, SavedJunctions};
+use super::JunctionLoops;
 use crate::kernels::by_all;
 use crate::step::strength::Strength;
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
-use asperity_simulator::{Counters, Plain, SimulationError, SliderState, Solver, SolverKind};
+use asperity_simulator::{Counters, Plain, SimulationError, Solver, SolverKind};
 use asperity_testkit::equality::{self, Agreement, Disagreement};
 use asperity_testkit::{Random, plan};
 

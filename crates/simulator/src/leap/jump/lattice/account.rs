@@ -3,7 +3,7 @@
 //! The work of drive and load are geometric sums over the steps. The work of the scheme is a difference
 //! of a potential ([`Energies`]), and the viscous loss is the remainder of the balance.
 
-use asperity_model::Plan;
+use asperity_model::{Plan, SliderState};
 
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, product};
@@ -12,7 +12,6 @@ use crate::leap::jump::certificate::Part;
 use crate::leap::jump::lattice::LatticeJump;
 use crate::modes::complex::Complex;
 use crate::modes::slow_modes::top_loads;
-use crate::step::state::SliderState;
 
 /// Largest number of orders for the work of the scheme, and the share of it that is negligible.
 const MOST_ORDERS: usize = 12;

@@ -1,20 +1,20 @@
-//! The state of a slider between two steps.
+//! The state of a slider between two steps: the start of a plan, what a checkpoint saves, and what one run leaves to
+//! another.
 
-use asperity_model::Plan;
-use asperity_model::plan::initial_state::Carried;
 use serde::{Deserialize, Serialize};
 
-use crate::adaptive::state::AdaptiveState;
-use crate::energy::ledger::Ledger;
-use crate::step::junctions::JunctionState;
+use crate::plan::Plan;
+use crate::plan::adaptive_state::AdaptiveState;
+use crate::plan::junction_state::JunctionState;
+use crate::plan::ledger::Ledger;
 
 /// Everything that the next step depends on, and the forces of the last step.
 ///
 /// Arrays have one value per freedom of a node, per contact, or per tangential freedom of a contact, axis by
 /// axis; in a chain these are all the same blocks. Loops over them take most of a run's time, and this layout
 /// lets compilers vectorise them. The first freedoms of a lattice are those of its contacts along the sliding
-/// direction ([`asperity_model::body::lattice`]).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// direction ([`crate::body::lattice`]).
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SliderState {
     /// The last step taken; 0 initially.
@@ -56,7 +56,7 @@ pub struct SliderState {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
     /// What each contact remembers, contact by contact
-    /// ([`ContactLaw::MEMORY`](asperity_model::law::ContactLaw::MEMORY)).
+    /// ([`ContactLaw::MEMORY`](crate::law::ContactLaw::MEMORY)).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub memory: Vec<f64>,
     /// The junctions of the contacts, by the law that has them.
@@ -68,98 +68,46 @@ pub struct SliderState {
     /// Largest speed of any block since the last step record, by rate-and-state friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_velocity_m_per_s: Option<f64>,
-    /// The motion under rate-and-state friction, in a snapshot.
+    /// The motion under rate-and-state friction, at the start and in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Box<AdaptiveState>>,
 }
 
 impl SliderState {
-    /// The slider before the first step: every contact stuck, or as the given state says.
-    pub fn initial(plan: &Plan) -> SliderState {
+    /// The slider of a plan at its start, with every contact stuck: at the step, with the stop of the drive,
+    /// displacements, velocities, anchors and states of rate-and-state friction that the plan has.
+    pub fn stuck(plan: &Plan) -> SliderState {
         let initial = &plan.initial;
-        let u = &initial.displacement_m;
-        let hold_step = plan.hold_step_at_start();
-        let v = &initial.velocity_m_per_s;
+        let (step, hold_step) = (initial.step, initial.hold_step);
+        let (u, v) = (&initial.displacement_m, &initial.velocity_m_per_s);
         let mut tangential_force_n = plan.elastic.tangential_force_n(u);
         for (n, tau) in tangential_force_n.iter_mut().enumerate() {
             *tau += plan.elastic.damping_force_n(v, plan.elastic.tangential_freedom(n));
         }
-        plan.outside(initial.step, hold_step).add_n(&mut tangential_force_n, [u, v]);
-        let is_given = plan.has_given_loads();
-        let memory = plan.friction.law.memory() * plan.blocks;
-        let ages = plan.friction.ageing.is_some();
-        let mut state = SliderState {
-            step: initial.step,
+        let outside = plan.outside(step, hold_step);
+        outside.add_n(&mut tangential_force_n, [u, v]);
+        let (ages, is_given) = (plan.friction.ageing.is_some(), plan.has_given_loads());
+        SliderState {
+            step,
+            hold_step,
             displacement_m: u.clone(),
-            velocity_m_per_s: initial.velocity_m_per_s.clone(),
+            velocity_m_per_s: v.clone(),
             stick_position_m: initial.stick_position_m.clone(),
             slip: vec![0.0; plan.blocks],
-            detached: 0,
             tangential_force_n,
-            just_detached: Vec::new(),
-            normal_load_n: if is_given {
-                Vec::new()
-            } else {
-                plan.outside(initial.step, hold_step).loads_n()
-            },
-            sliding: 0,
-            hold_step,
-            energy: Ledger::default(),
-            stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
+            normal_load_n: if is_given { Vec::new() } else { outside.loads_n() },
+            stuck_since_step: if ages { vec![step; plan.blocks] } else { Vec::new() },
             aged_threshold_n: if ages && is_given {
                 plan.friction.static_threshold_n.clone()
             } else {
                 Vec::new()
             },
-            memory: vec![0.0; memory],
+            memory: vec![0.0; plan.friction.law.memory() * plan.blocks],
             junctions: JunctionState::initial(plan),
-            friction_state: initial.state.clone(),
+            friction_state: initial.friction_state.clone(),
             peak_velocity_m_per_s: plan.friction.law.rate_and_state().map(|_| 0.0),
-            adaptive: None,
-        };
-        if let Some(carried) = &initial.carried {
-            state.take_over(plan, carried);
-        }
-        state
-    }
-
-    /// Brings a slider with all contacts stuck into a state that another run has left.
-    fn take_over(&mut self, plan: &Plan, carried: &Carried) {
-        for n in 0..plan.blocks {
-            let slides = match (&self.junctions, plan.friction.law.junctions()) {
-                (Some(junctions), Some(law)) => law.slides(junctions.slipping(n)),
-                _ => carried.detached.binary_search(&(n as u64)).is_ok(),
-            };
-            self.slip[n] = f64::from(u8::from(slides));
-            self.detached += u32::from(slides);
-        }
-        self.sliding = self.detached;
-        self.just_detached = carried.just_detached.iter().map(|n| *n as u32).collect();
-        // Left out where contacts did not have them.
-        if carried.normal_load_n.len() == self.normal_load_n.len() {
-            self.normal_load_n.clone_from(&carried.normal_load_n);
-        }
-        if carried.memory.len() == self.memory.len() {
-            self.memory.clone_from(&carried.memory);
-        }
-        if carried.stuck_since_step.len() == self.stuck_since_step.len() {
-            self.stuck_since_step.clone_from(&carried.stuck_since_step);
-        }
-        let Some(solver) = &carried.solver else { return };
-        self.sliding = solver.sliding;
-        self.aged_threshold_n.clone_from(&solver.aged_threshold_n);
-        if let Some((peak_m_per_s, _)) = &solver.adaptive {
-            self.peak_velocity_m_per_s = Some(*peak_m_per_s);
-        }
-        if plan.elastic.as_chain().is_some() {
-            self.tangential_force_n.clone_from(&solver.tangential_force_n);
-            return;
-        }
-        let given_n = solver.tangential_force_n.chunks_exact(self.just_detached.len().max(1));
-        for (of_axis, given_n) in self.tangential_force_n.chunks_exact_mut(plan.blocks).zip(given_n) {
-            for (n, force_n) in self.just_detached.iter().zip(given_n) {
-                of_axis[*n as usize] = *force_n;
-            }
+            adaptive: AdaptiveState::initial(plan),
+            ..SliderState::default()
         }
     }
 
@@ -187,7 +135,7 @@ impl SliderState {
             && self.detached as usize == slipping
             && self.sliding as usize <= plan.blocks
             && match plan.drive.until_load_ratio {
-                None => self.hold_step == plan.hold_step_at_start(),
+                None => self.hold_step == plan.initial.hold_step,
                 Some(_) => self.hold_step == u64::MAX || self.hold_step <= self.step,
             }
             && self.energy.is_finite()

@@ -16,8 +16,8 @@
 use std::array;
 use std::sync::Arc;
 
+use asperity_model::Plan;
 use asperity_model::law::magnitude;
-use asperity_model::{Lattice, Plan};
 
 use crate::kernels;
 use crate::leap::clearance::Clearance;
@@ -27,7 +27,7 @@ use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::ClassModes;
 use crate::step::state::SliderState;
-use crate::step::strength::{StopForce, least_threshold_n};
+use crate::step::strength::{StopForce, least_threshold_n, static_coefficient};
 
 /// Stretches whose ends are evaluated exactly.
 #[derive(Debug, Clone, Copy)]
@@ -60,9 +60,7 @@ pub(crate) struct Part<const D: usize> {
 impl<const D: usize> Part<D> {
     /// The coordinates a number of steps later.
     pub(crate) fn grown(&self, steps: u64) -> Coordinates {
-        let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.modes.slow.powers.growth(steps));
-        coordinates
+        self.modes.slow.powers.grown(&self.coordinates, steps)
     }
 }
 
@@ -70,12 +68,11 @@ impl<const D: usize> Part<D> {
 pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a SliderState,
-    pub(crate) lattice: Lattice,
     pub(crate) forced: &'a Forced,
     /// Modes whose swing is followed from stretch to stretch; none of a chain, which is certified at once.
     pub(crate) parts: &'a [Part<D>],
-    /// Static coefficients of contacts on a foundation.
-    pub(crate) coefficients: &'a [f64],
+    /// Static coefficients.
+    pub(crate) coefficients: Vec<f64>,
     /// What the magnitude of a force, a normal load and the sum of the driving forces may be off by.
     pub(crate) reserves: [f64; 3],
 }
@@ -88,7 +85,7 @@ type NearSwitch<const D: usize> = (usize, Vec<Vec<([Complex; D], Complex)>>);
 pub(crate) struct Swing {
     pub(crate) force_n: Vec<f64>,
     load_n: Vec<f64>,
-    drive_n: f64,
+    pub(crate) drive_n: f64,
 }
 
 impl Swing {
@@ -97,14 +94,20 @@ impl Swing {
     }
 }
 
-impl<const D: usize> Certificate<'_, D> {
+impl<'a, const D: usize> Certificate<'a, D> {
+    /// Of the forced part alone.
+    pub(crate) fn of(plan: &'a Plan, state: &'a SliderState, forced: &'a Forced) -> Certificate<'a, D> {
+        let coefficients = (0..plan.blocks).map(|n| static_coefficient(plan, state, n)).collect();
+        Certificate { plan, state, forced, parts: &[], coefficients, reserves: [0.0; 3] }
+    }
+
     /// Steps for which the forced part alone neither switches a contact nor stops the drive.
     pub(crate) fn of_forced(&self) -> u64 {
         self.certified(0, &Swing::none(self.plan))
     }
 
     fn stretches(&self) -> Stretches {
-        if self.lattice.first_normal().is_some() { LONG } else { SHORT }
+        if self.plan.elastic.first_normal().is_some() { LONG } else { SHORT }
     }
 
     /// The largest number of steps that is certified.
@@ -170,11 +173,12 @@ impl<const D: usize> Certificate<'_, D> {
     /// Strength of a contact in the forced part `into` steps after the first, and its change in a step. On a
     /// foundation its normal load may be `less_n` smaller; otherwise the load is given.
     fn strength_n(&self, contact: usize, into: f64, less_n: f64) -> (f64, f64) {
-        let Some(normal) = self.lattice.first_normal() else {
+        let Some(normal) = self.plan.elastic.first_normal() else {
             let (at_start_n, ramp) = (least_threshold_n(self.plan, self.state)[contact], self.forced.ramp);
             return (ramp.ahead(into).scaled_n(at_start_n), ramp.change_n(at_start_n));
         };
-        let (kf, z, mu) = (self.lattice.foundation_n_per_m, normal + contact, self.coefficients[contact]);
+        let (kf, z, mu) =
+            (self.plan.elastic.foundation_n_per_m, normal + contact, self.coefficients[contact]);
         let rate = -kf * self.forced.advance_m[z];
         (mu * (-kf * self.forced.position_m[z] + into * rate - less_n), mu * rate)
     }

@@ -51,12 +51,9 @@ pub(crate) trait Stuck<const D: usize>: Debug + Send {
     /// numbers, or the stop comes.
     fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool;
 
-    /// Finds the coordinates of a motion, and returns the norm of what they may miss over the jump; or else the
-    /// number of steps after which the next attempt is due.
+    /// Finds the coordinates of a motion, and what the certificate looks at: how much they may add, or the modes.
+    /// Returns the norm of what they may miss over the jump, or the number of steps after which the next attempt is due.
     fn project(&mut self, attempt: &mut Attempt<'_, D>) -> Result<f64, u64>;
-
-    /// The largest number of steps that is certified with these modes.
-    fn longest(&self, certificate: Certificate<'_, D>, most_steps: u64) -> u64;
 
     /// Writes the motion after `into` steps, without modes of at most the size `least` that can be left out.
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]);
@@ -158,7 +155,7 @@ impl<const D: usize> Jump<D> {
         }
         let certificate = Certificate::of(plan, state, forced);
         // If the forced part alone rules out the jump, the modes need not be looked at.
-        if certificate.of_forced() < limits.shortest_steps {
+        if certificate.at_once() < limits.shortest_steps {
             return refused;
         }
         forced.take_from(state, start);
@@ -179,7 +176,7 @@ impl<const D: usize> Jump<D> {
             norms.load * missed + rounding_n,
             norms.drive * missed + rounding_n * forced.nodes as f64,
         ];
-        let steps = stuck.longest(certificate, most_steps);
+        let steps = certificate.longest(most_steps);
         if steps < limits.shortest_steps {
             return refused;
         }
@@ -393,17 +390,11 @@ impl Forced {
     /// The sum of the driving forces `into` steps after the first, and its change in a step.
     fn drive_n(&self, plan: &Plan, into: f64) -> (f64, f64) {
         let point_m = plan.drive_point_m(self.from_step + 1, self.hold_step);
-        let rate = self.drive_rate_n(plan);
-        (plan.drive.total_force_n(point_m, &self.position_m) + into * rate, rate)
-    }
-
-    /// The change in a step of the sum of the driving forces.
-    fn drive_rate_n(&self, plan: &Plan) -> f64 {
-        let springs = plan.drive.springs.iter();
-        let rates = springs.map(|spring| {
+        let rates = plan.drive.springs.iter().map(|spring| {
             spring.stiffness_n_per_m * (spring.direction * self.rates[0] - self.advance_m[spring.block])
         });
-        rates.sum()
+        let rate = rates.sum::<f64>();
+        (plan.drive.total_force_n(point_m, &self.position_m) + into * rate, rate)
     }
 
     /// Adds the driving force to a clearance counted from `into` steps after the first, if a load stops the

@@ -1,7 +1,7 @@
 //! The leaps of a lattice: jumps while all contacts are stuck.
 //!
 //! It takes single steps while any contact slides, and afterwards until the fast modes have died away. Then
-//! it jumps ([`crate::leap::jump::lattice`]) by the slow modes (`modes/slow_modes/arnoldi.rs`, found with the
+//! it jumps ([`crate::leap::jump`]) by the slow modes (`modes/slow_modes/arnoldi.rs`, found with the
 //! factor of the stiffness, `modes/slow_modes/stuck.rs`) of the stuck lattice as far as is certified.
 
 use asperity_model::{Lattice, Plan};
@@ -33,19 +33,13 @@ const RUNS_OF_MODES: u64 = 8;
 /// over an area.
 const MOST_NUMBERS: [usize; 2] = [1 << 27, 3 << 26];
 
-/// Why a run has no jumps: of a slab, and over an area.
-const TOO_SHORT: [&str; 2] = [
-    "single steps instead of jumps: the modes of the stuck slab would take longer than so few steps",
-    "single steps instead of jumps: the modes of the stuck slider would take longer than so few steps",
-];
-const TOO_LARGE: [&str; 2] = [
-    "single steps instead of jumps: the modes of so large a slab would take too much memory",
-    "single steps instead of jumps: the modes of so large a slider would take too much memory",
-];
-const NO_MODES: [&str; 2] = [
-    "single steps instead of jumps: the stuck slab has no slow modes that doubles can tell",
-    "single steps instead of jumps: the stuck slider has no modes that last and that doubles can tell",
-];
+/// Why a run has no jumps.
+const TOO_SHORT: &str =
+    "single steps instead of jumps: the modes of the stuck slider would take longer than so few steps";
+const TOO_LARGE: &str =
+    "single steps instead of jumps: the modes of so large a slider would take too much memory";
+const NO_MODES: &str =
+    "single steps instead of jumps: the stuck slider has no modes that last and that doubles can tell";
 
 /// Leaps over the steps of a lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug)]
@@ -53,7 +47,7 @@ pub(crate) struct LatticeLeaps<const D: usize = 1> {
     /// Steps of Arnoldi's iteration for each class of motions.
     iterations: usize,
     /// Made at the first attempt to jump; or why there are none.
-    jumps: Option<Result<Box<Jump<D>>, &'static str>>,
+    jumps: Option<Result<Jump<D>, &'static str>>,
 }
 
 impl<const D: usize> LatticeLeaps<D> {
@@ -64,13 +58,13 @@ impl<const D: usize> LatticeLeaps<D> {
             if stop.has_come() {
                 return None;
             }
-            self.jumps = Some(jump.map(Box::new).ok_or(NO_MODES[D - 1]));
+            self.jumps = Some(jump.ok_or(NO_MODES));
         }
         self.jump()
     }
 
     fn jump(&mut self) -> Option<&mut Jump<D>> {
-        self.jumps.as_mut()?.as_deref_mut().ok()
+        self.jumps.as_mut()?.as_mut().ok()
     }
 
     /// The jump that is open.
@@ -89,9 +83,9 @@ where
     fn of(plan: &Plan, elastic: &Lattice) -> LatticeLeaps<D> {
         let effort = Effort::of(plan, elastic);
         let jumps = if effort.numbers > MOST_NUMBERS[D - 1] {
-            Some(Err(TOO_LARGE[D - 1]))
+            Some(Err(TOO_LARGE))
         } else if RUNS_OF_MODES * effort.steps > plan.steps {
-            Some(Err(TOO_SHORT[D - 1]))
+            Some(Err(TOO_SHORT))
         } else {
             None
         };
@@ -131,7 +125,7 @@ where
     }
 
     fn steps_of_sample(&self, (): ()) -> u64 {
-        self.jumps.iter().flatten().map(|jump| jump.steps_of_sample()).sum()
+        self.jumps.iter().flatten().map(Jump::steps_of_sample).sum()
     }
 
     fn sample(&mut self, (): (), into: u64, plan: &Plan, sampler: &mut Stepper<LatticeBody<D>>) {

@@ -69,10 +69,12 @@ pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a SliderState,
     pub(crate) forced: &'a Forced,
+    /// How much the modes may add from its start on.
+    pub(crate) swing: Swing,
     /// Modes whose swing is followed from stretch to stretch; none of a chain, which is certified at once.
-    pub(crate) parts: &'a [Part<D>],
+    pub(crate) parts: Vec<Part<D>>,
     /// Static coefficients.
-    pub(crate) coefficients: Vec<f64>,
+    coefficients: Vec<f64>,
     /// What the magnitude of a force, a normal load and the sum of the driving forces may be off by.
     pub(crate) reserves: [f64; 3],
 }
@@ -98,12 +100,13 @@ impl<'a, const D: usize> Certificate<'a, D> {
     /// Of the forced part alone.
     pub(crate) fn of(plan: &'a Plan, state: &'a SliderState, forced: &'a Forced) -> Certificate<'a, D> {
         let coefficients = (0..plan.blocks).map(|n| static_coefficient(plan, state, n)).collect();
-        Certificate { plan, state, forced, parts: &[], coefficients, reserves: [0.0; 3] }
+        let swing = Swing::none(plan);
+        Certificate { plan, state, forced, swing, parts: Vec::new(), coefficients, reserves: [0.0; 3] }
     }
 
-    /// Steps for which the forced part alone neither switches a contact nor stops the drive.
-    pub(crate) fn of_forced(&self) -> u64 {
-        self.certified(0, &Swing::none(self.plan))
+    /// Steps for which the swing that is given neither switches a contact nor stops the drive.
+    pub(crate) fn at_once(&self) -> u64 {
+        self.certified(0, &self.swing)
     }
 
     fn stretches(&self) -> Stretches {
@@ -112,10 +115,14 @@ impl<'a, const D: usize> Certificate<'a, D> {
 
     /// The largest number of steps that is certified.
     pub(crate) fn longest(&self, most_steps: u64) -> u64 {
+        if self.parts.is_empty() {
+            return self.at_once().min(most_steps);
+        }
         let (stretches, mut steps, mut looks) = (self.stretches(), 0, 0);
         while steps < most_steps {
             let coordinates: Vec<Coordinates> = self.parts.iter().map(|part| part.grown(steps)).collect();
-            let swing = self.swing(&coordinates);
+            let mut swing = Swing::none(self.plan);
+            self.add_swing(&mut swing, &coordinates, |_| 1.0);
             let certified = self.certified(steps, &swing).min(most_steps);
             if certified >= steps + stretches.steps || certified == most_steps {
                 steps = certified;
@@ -135,23 +142,22 @@ impl<'a, const D: usize> Certificate<'a, D> {
         steps
     }
 
-    /// How much the modes may add from there on.
-    fn swing(&self, coordinates: &[Coordinates]) -> Swing {
-        let mut swing = Swing::none(self.plan);
+    /// Adds how much the modes may add, as a share of their sizes that depends on their rates.
+    fn add_swing(&self, swing: &mut Swing, coordinates: &[Coordinates], share: impl Fn(Complex) -> f64) {
         for (part, coordinates) in self.parts.iter().zip(coordinates) {
-            let sizes = coordinates.sizes();
+            let sizes = coordinates.sizes().into_iter().zip(&part.modes.slow.rates);
+            let sizes: Vec<f64> = sizes.map(|(size, s)| size * share(*s)).collect();
             kernels::add_columns(&mut swing.force_n, &part.modes.most_force_n, &sizes);
             kernels::add_columns(&mut swing.load_n, &part.modes.most_load_n, &sizes);
             for (size, drive) in sizes.iter().zip(&part.modes.drive_n) {
                 swing.drive_n += size * drive.size();
             }
         }
-        swing
     }
 
     /// Steps from the start of the jump for which this swing neither switches a contact nor stops the
     /// drive, provided that the state at `from` is certified; otherwise `from`.
-    pub(crate) fn certified(&self, from: u64, swing: &Swing) -> u64 {
+    fn certified(&self, from: u64, swing: &Swing) -> u64 {
         let [of_force, of_load, of_drive] = self.reserves;
         let mut clearance = Clearance::ENDLESS;
         for n in 0..self.plan.blocks {
@@ -198,7 +204,8 @@ impl<'a, const D: usize> Certificate<'a, D> {
         while reached < to {
             // The last may be shorter.
             let steps = stretch.min(to - reached);
-            for ((coordinates, by_stretch), part) in coordinates.iter_mut().zip(&by_stretch).zip(self.parts) {
+            for ((coordinates, by_stretch), part) in coordinates.iter_mut().zip(&by_stretch).zip(&self.parts)
+            {
                 if steps == stretch {
                     coordinates.grow_by(by_stretch);
                 } else {
@@ -215,21 +222,11 @@ impl<'a, const D: usize> Certificate<'a, D> {
 
     /// By how much the modes may deviate from a straight line within a stretch, with the reserves.
     fn bent(&self, stretch: u64, coordinates: &[Coordinates]) -> Swing {
-        let [of_force, of_load, of_drive] = self.reserves;
-        let contacts = self.plan.blocks;
-        let bend = stretch as f64 * stretch as f64 / 8.0;
+        let ([of_force, of_load, of_drive], contacts) = (self.reserves, self.plan.blocks);
         let mut bent =
-            Swing { force_n: vec![of_force; contacts], load_n: vec![of_load; contacts], drive_n: 0.0 };
-        for (part, coordinates) in self.parts.iter().zip(coordinates) {
-            let rates = part.modes.slow.rates.iter();
-            let sizes = coordinates.sizes().into_iter().zip(rates);
-            let bends: Vec<f64> = sizes.map(|(size, s)| bend * size * (s.re * s.re + s.im * s.im)).collect();
-            kernels::add_columns(&mut bent.force_n, &part.modes.most_force_n, &bends);
-            kernels::add_columns(&mut bent.load_n, &part.modes.most_load_n, &bends);
-            let drives = bends.iter().zip(&part.modes.drive_n);
-            bent.drive_n += drives.map(|(bend, drive)| bend * drive.size()).sum::<f64>();
-        }
-        bent.drive_n += of_drive;
+            Swing { force_n: vec![of_force; contacts], load_n: vec![of_load; contacts], drive_n: of_drive };
+        let bend = stretch as f64 * stretch as f64 / 8.0;
+        self.add_swing(&mut bent, coordinates, |s| bend * (s.re * s.re + s.im * s.im));
         bent
     }
 

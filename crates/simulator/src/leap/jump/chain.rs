@@ -20,9 +20,8 @@ use asperity_model::body::elastic::Chain;
 use crate::energy::Radiated;
 use crate::kernels;
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
-use crate::leap::jump::certificate::{Certificate, Swing};
-use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck};
-use crate::leap::norms::invariant_of_chain;
+use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, add_damping};
+use crate::leap::norms::invariant;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::modes::{Coordinates, Modes, operator_cache};
 use crate::records::stop::Stop;
@@ -49,8 +48,6 @@ struct StuckChain<M> {
     stiffness: Stiffness,
     modes: M,
     coordinates: Coordinates,
-    /// How much they may add.
-    swing: Swing,
     /// Cost of projecting a state onto the modes.
     modes_steps: u64,
 }
@@ -93,17 +90,29 @@ where
             stiffness: Stiffness::of(plan, chain),
             modes,
             coordinates: Coordinates::default(),
-            swing: Swing::none(plan),
             modes_steps: limits.composed_steps,
         };
         Jump::of(plan, Box::new(stuck), limits)
     }
 
     /// The norm of a motion, which bounds what it adds to the driving forces.
-    fn norm(&mut self, attempt: &Attempt<'_, 1>) -> f64 {
-        let plan = attempt.certificate.plan;
-        let norm = invariant_of_chain(plan, &self.chain, attempt.motion.split_at(plan.blocks).into()).sqrt();
-        self.swing.drive_n = attempt.norms.drive * norm;
+    fn norm(&self, Attempt { certificate, norms, motion, .. }: &mut Attempt<'_, 1>) -> f64 {
+        let plan = certificate.plan;
+        let (u, v) = motion.split_at(plan.blocks);
+        let dt = plan.grid.step_s();
+        let w: Vec<f64> = v.iter().map(|v| dt * v).collect();
+        let mut held_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
+        held_n_per_m.iter_mut().zip(&plan.friction.springs_n_per_m).for_each(|(held, kt)| *held += kt);
+        let stiff = |n: usize| held_n_per_m[n] * u[n] - plan.elastic.spring_force_n(u, n);
+        let mut stiff: Vec<f64> = (0..plan.blocks).map(stiff).collect();
+        for bond in &plan.end_bonds {
+            bond.add(bond.stiffness_n_per_m * bond.stretch(u), &mut stiff);
+        }
+        let mut damped = vec![0.0; plan.blocks];
+        add_damping(plan, &w, &mut damped);
+        damped.iter_mut().for_each(|damped| *damped = -*damped);
+        let norm = invariant((plan.block_mass_kg, dt), [u, &w], [&stiff, &damped]).sqrt();
+        certificate.swing.drive_n = norms.drive * norm;
         norm
     }
 }
@@ -117,12 +126,8 @@ impl Stuck<1> for StuckChain<Arc<Modes>> {
     fn project(&mut self, attempt: &mut Attempt<'_, 1>) -> Result<f64, u64> {
         attempt.cost_steps = self.modes_steps;
         self.coordinates = self.modes.project(attempt.motion);
-        self.modes.bound(&self.coordinates, &mut self.swing.force_n);
+        self.modes.bound(&self.coordinates, &mut attempt.certificate.swing.force_n);
         Ok(self.modes.missed() * self.norm(attempt))
-    }
-
-    fn longest(&self, certificate: Certificate<'_, 1>, most_steps: u64) -> u64 {
-        certificate.certified(0, &self.swing).min(most_steps)
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
@@ -166,12 +171,10 @@ impl Stuck<1> for StuckChain<StandingWaves> {
         let blocks = certificate.plan.blocks;
         attempt.cost_steps = self.modes_steps;
         self.coordinates = self.modes.project(motion);
-        let swing = &mut self.swing;
-        swing.drive_n = 0.0;
         let mut is_calm = |[of_first, of_others]: [f64; 2]| {
-            swing.force_n.fill(of_others);
-            swing.force_n[0] = of_first;
-            certificate.certified(0, swing) >= SHORTEST_WITH_WAVES
+            certificate.swing.force_n.fill(of_others);
+            certificate.swing.force_n[0] = of_first;
+            certificate.at_once() >= SHORTEST_WITH_WAVES
         };
         if !is_calm(self.modes.bound(&self.coordinates)) {
             let (steps, asked) = self.modes.calm_after(&self.coordinates, is_calm);
@@ -196,10 +199,6 @@ impl Stuck<1> for StuckChain<StandingWaves> {
         }
         self.norm(attempt);
         Ok(attempt.norms.at_most(blocks, missed[0], missed[1]))
-    }
-
-    fn longest(&self, certificate: Certificate<'_, 1>, most_steps: u64) -> u64 {
-        certificate.certified(0, &self.swing).min(most_steps)
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {

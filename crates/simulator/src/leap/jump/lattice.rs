@@ -11,8 +11,8 @@
 //! state has an odd part at all, to the bit; where drive and contacts are mirror images of themselves, it never
 //! has.
 //!
-//! **Energies.** The work of the scheme is a difference of a potential ([`Energies`]), and the viscous loss is the
-//! remainder of the balance.
+//! **Energies.** The work of the scheme is a difference of a potential, and the viscous loss is the remainder of the
+//! balance.
 
 use std::sync::{Arc, OnceLock};
 
@@ -20,12 +20,12 @@ use asperity_model::Plan;
 
 use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, product};
-use crate::leap::jump::certificate::{Certificate, Part};
+use crate::leap::jump::certificate::Part;
 use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, WITHOUT_MODES_STEPS};
-use crate::leap::norms::{ROUNDING, invariant_of_products};
+use crate::leap::norms::{ROUNDING, invariant};
 use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
-use crate::modes::slow_modes::{ClassModes, SlowModes, StuckLattice};
+use crate::modes::slow_modes::{ClassModes, StuckLattice};
 use crate::records::stop::Stop;
 use crate::step::state::SliderState;
 
@@ -73,17 +73,8 @@ struct SlowLattice<const D: usize> {
     /// Steps of Arnoldi's iteration for each.
     iterations: usize,
     parts: Vec<Part<D>>,
-    /// Energies of the state where the jump begins.
-    start: Energies,
-}
-
-/// Energies of a state: kinetic and elastic energy, the potential whose differences are the work of the
-/// scheme, and the part of it that a ledger leaves to the state.
-#[derive(Debug, Clone, Copy, Default)]
-struct Energies {
-    stored_j: [f64; 2],
-    scheme_j: f64,
-    ahead_j: f64,
+    /// [`SlowLattice::potentials_j`] of the state where the jump begins.
+    start_j: [f64; 2],
 }
 
 /// The jumps of a lattice; `None` if its stiffness cannot be solved with, there are no slow modes, or the stop comes.
@@ -91,7 +82,7 @@ pub(crate) fn jump<const D: usize>(plan: &Plan, iterations: usize, stop: &Stop<'
     let lattice = plan.elastic;
     let stuck = StuckLattice::of(plan, lattice, stop)?;
     let modes = stuck.classes().iter().map(|_| OnceLock::new()).collect();
-    let slow = SlowLattice { stuck, modes, iterations, parts: Vec::new(), start: Energies::default() };
+    let slow = SlowLattice { stuck, modes, iterations, parts: Vec::new(), start_j: [0.0; 2] };
     slow.modes(plan, 0, stop)?;
     let limits = Limits {
         shortest_steps: SHORTEST,
@@ -108,7 +99,8 @@ impl<const D: usize> Stuck<D> for SlowLattice<D> {
     }
 
     fn project(&mut self, attempt: &mut Attempt<'_, D>) -> Result<f64, u64> {
-        let Attempt { certificate: Certificate { plan, .. }, norms, motion, stop, .. } = *attempt;
+        let Attempt { norms, motion, stop, .. } = *attempt;
+        let plan = attempt.certificate.plan;
         let (u, v) = motion.split_at(self.stuck.freedoms());
         self.parts.clear();
         for (class, motions) in self.stuck.classes().iter().enumerate() {
@@ -133,6 +125,7 @@ impl<const D: usize> Stuck<D> for SlowLattice<D> {
         }
         let excess = left_out.max(defect) / enough;
         if excess <= 1.0 {
+            attempt.certificate.parts.clone_from(&self.parts);
             return Ok(left_out + defect);
         }
         // Steps until the modes that are not used have decayed to that level.
@@ -150,10 +143,6 @@ impl<const D: usize> Stuck<D> for SlowLattice<D> {
         Err(steps)
     }
 
-    fn longest(&self, certificate: Certificate<'_, D>, most_steps: u64) -> u64 {
-        Certificate { parts: &self.parts, ..certificate }.longest(most_steps)
-    }
-
     /// Only modes behind the last one that is larger are left out.
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
         motion.fill(0.0);
@@ -167,7 +156,7 @@ impl<const D: usize> Stuck<D> for SlowLattice<D> {
     }
 
     fn begin_energies(&mut self, plan: &Plan, forced: &Forced, motion: &[f64], state: &SliderState) {
-        self.start = self.energies(plan, forced, motion, state);
+        self.start_j = self.potentials_j(plan, forced, motion, state);
     }
 
     fn add_energies(
@@ -178,14 +167,12 @@ impl<const D: usize> Stuck<D> for SlowLattice<D> {
         work_j: f64,
         state: &mut SliderState,
     ) {
-        let (here, start) = (self.energies(plan, forced, motion, state), self.start);
-        let scheme_j = here.scheme_j - start.scheme_j;
-        let [kinetic_j, elastic_j] = [0, 1].map(|part| here.stored_j[part] - start.stored_j[part]);
+        let [lost_j, scheme_j] = self.potentials_j(plan, forced, motion, state);
         // Without dampers the rest is rounding.
         if plan.elastic.damping_kg_per_s > 0.0 {
-            state.energy.viscous_loss_j.add(work_j + scheme_j - (kinetic_j + elastic_j));
+            state.energy.viscous_loss_j.add(work_j + (lost_j - self.start_j[0]));
         }
-        state.energy.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));
+        state.energy.scheme_work_j.add(scheme_j - self.start_j[1]);
     }
 }
 
@@ -217,17 +204,28 @@ impl<const D: usize> SlowLattice<D> {
             }
         }
         let [stiff, damped] = stuck.products(&u, &w);
-        invariant_of_products((stuck.mass_kg, stuck.step_s), [&u, &w], [&stiff, &damped]).sqrt()
+        invariant((stuck.mass_kg, stuck.step_s), [&u, &w], [&stiff, &damped]).sqrt()
     }
 
     /// The error of the modes, summed over a jump of `steps` steps that begins `after` steps.
     fn defect(&self, after: u64, steps: u64) -> f64 {
-        self.parts.iter().map(|part| defect(&part.modes.slow, &part.grown(after), steps)).sum()
+        let of_part = |part: &Part<D>| {
+            let sizes = part.grown(after).sizes().into_iter();
+            let modes = sizes.zip(&part.modes.slow.defects).zip(&part.modes.slow.rates);
+            let defects = modes.map(|((size, defect), s)| {
+                let falls_by = 1.0 - (Complex::ONE + *s).size();
+                size * defect * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
+            });
+            defects.sum::<f64>()
+        };
+        self.parts.iter().map(of_part).sum()
     }
 
-    /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping. The outer forces are those
-    /// of the forced part, so that only the free motion pulls: `m D v = -dt (M r_u + C r_v)`.
-    fn energies(&self, plan: &Plan, forced: &Forced, motion: &[f64], state: &SliderState) -> Energies {
+    /// Two functions of a state: the differences of the first are what drive and load lose to dampers, less their work;
+    /// those of the second the work of the scheme that a ledger counts, as [`crate::energy`] derives it for any
+    /// stiffness and damping. The outer forces are those of the forced part, so that only the free motion pulls:
+    /// `m D v = -dt (M r_u + C r_v)`.
+    fn potentials_j(&self, plan: &Plan, forced: &Forced, motion: &[f64], state: &SliderState) -> [f64; 2] {
         let (dt, mass) = (self.stuck.step_s, self.stuck.mass_kg);
         let (u, v, steady_n) = (&state.displacement_m, &state.velocity_m_per_s, &forced.rate_n);
         let (mut pulls, mut damping) = (vec![0.0; u.len()], vec![0.0; u.len()]);
@@ -258,17 +256,7 @@ impl<const D: usize> SlowLattice<D> {
             }
             dv = next;
         }
-        let stored_j = stored_j(plan, &plan.elastic, state).into();
-        Energies { stored_j, scheme_j, ahead_j: 0.5 * dt * product(&pulls, v) }
+        let (kinetic_j, elastic_j) = stored_j(plan, &plan.elastic, state);
+        [scheme_j - (kinetic_j + elastic_j), scheme_j + 0.5 * dt * product(&pulls, v)]
     }
-}
-
-/// The error of modes with these coordinates, summed over a number of steps.
-fn defect(modes: &SlowModes, coordinates: &Coordinates, steps: u64) -> f64 {
-    let parts = coordinates.sizes().into_iter().zip(&modes.defects).zip(&modes.rates);
-    let parts = parts.map(|((size, defect), s)| {
-        let falls_by = 1.0 - (Complex::ONE + *s).size();
-        size * defect * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
-    });
-    parts.sum()
 }

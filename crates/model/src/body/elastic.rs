@@ -302,7 +302,7 @@ impl Stiffness {
 
 #[cfg(test)]
 mod tests {
-    use super::{Chain, second_difference};
+    use super::Chain;
     use crate::Lattice;
 
     const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };

@@ -210,28 +210,38 @@ impl<const D: usize> Jump<D> {
     /// Adds to the energies the contributions of the steps up to the present state.
     ///
     /// The displacements of the free motion sum up by its map, summed over the steps `r -> r'`:
-    /// `M sum u = -C sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
+    /// `M sum u = -C sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`. The work of a force needs
+    /// `f sum u`, which is that times `M^-1 f`.
     fn account(&self, plan: &Plan, into: u64, state: &mut SliderState) {
         let Jump { stuck, forced, start, composed, .. } = self;
         let (count, dt) = (into as f64, plan.grid.step_s());
         let (u, v) = start.split_at(start.len() / 2);
         let (new_u, new_v) = composed.split_at(u.len());
-        let velocities: Vec<f64> = (0..u.len()).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
         let inertia = plan.block_mass_kg / dt;
-        let mut sums_m: Vec<f64> = (0..u.len()).map(|n| -inertia * (new_v[n] - v[n])).collect();
-        add_damping(plan, &velocities, &mut sums_m);
-        stuck.solve(&mut sums_m, &Stop::never());
-        let Forced { position_m, advance_m, .. } = forced;
-        for (n, sum_m) in sums_m.iter_mut().enumerate() {
-            *sum_m += count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]);
-        }
+        let free_j = |Response { displacement_m, damping_n, .. }: &Response| -> f64 {
+            let parts = (0..u.len()).map(|n| {
+                let change = new_v[n] - v[n];
+                damping_n[n] * ((new_u[n] - u[n]) - dt * change) - inertia * displacement_m[n] * change
+            });
+            parts.sum()
+        };
         let before_j = state.energy.drive_work_j.value();
+        let Forced { position_m, advance_m, responses: [of_drive, of_load], .. } = forced;
         let first_m = |n: usize| position_m[n] + u[n];
-        let load_j = forced.load_work_j(plan, count, |n| {
-            (state.displacement_m[n] - first_m(n), sums_m[n] - count * first_m(n))
+        let way_m = |n: usize| state.displacement_m[n] - first_m(n);
+        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]);
+        // `-sum L_j (U_j - U_{j - 1})` with `U = sum F_n u_z` and `L` the load over that of the start, by parts.
+        let last = forced.ramp.ahead(count - 1.0);
+        let parts = top_loads(plan).map(|(n, load_n)| {
+            forced.ramp.change_n(load_n * (sum_m(n) - count * first_m(n))) - last.scaled_n(load_n * way_m(n))
         });
-        Accounts::add_drive(plan, state, forced.from_step, into, |n| sums_m[n], first_m);
+        let load_j = parts.sum::<f64>() - forced.ramp.change_n(free_j(of_load));
         state.energy.load_work_j.add(load_j);
+        // A drive that stops moves in the first step at most.
+        let stops = forced.rates[0] == 0.0;
+        let driven_m = |n: usize| if stops { first_m(n) } else { sum_m(n) };
+        Accounts::add_drive(plan, state, forced.from_step, into, driven_m, first_m);
+        state.energy.drive_work_j.add(-free_j(of_drive));
         let drive_j = state.energy.drive_work_j.value() - before_j;
         stuck.add_energies(plan, forced, [start, composed], drive_j + load_j, state);
     }
@@ -250,6 +260,15 @@ fn add_damping(plan: &Plan, velocity_m_per_s: &[f64], force_n: &mut [f64]) {
     }
 }
 
+/// What a force does in equilibrium: `M^-1` times it, and the force of the dashpots where the freedoms move by that in
+/// a step.
+#[derive(Debug, Clone, Default)]
+struct Response {
+    force_n: Vec<f64>,
+    displacement_m: Vec<f64>,
+    damping_n: Vec<f64>,
+}
+
 /// The forced part of a jump.
 #[derive(Debug, Clone)]
 pub(crate) struct Forced {
@@ -257,6 +276,8 @@ pub(crate) struct Forced {
     position_m: Vec<f64>,
     advance_m: Vec<f64>,
     rate_n: Vec<f64>,
+    /// To the change of the drive in a step, and to the load of the start.
+    responses: [Response; 2],
     /// Number of nodes: freedoms lie axis by axis, one for each node.
     nodes: usize,
     step_s: f64,
@@ -278,6 +299,7 @@ impl Forced {
             position_m: zeros.clone(),
             advance_m: zeros.clone(),
             rate_n: zeros,
+            responses: Default::default(),
             nodes: plan.elastic.nodes(),
             step_s: plan.grid.step_s(),
             from_step: 0,
@@ -299,26 +321,17 @@ impl Forced {
         self.hold_step = state.hold_step;
         self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let rates = [plan.advance_m(state.step, state.hold_step), self.ramp.change_n(1.0)];
-        if self.rates != rates {
-            self.rate_n.fill(0.0);
-            for spring in &plan.drive.springs {
-                self.rate_n[spring.block] += spring.stiffness_n_per_m * (spring.direction * rates[0]);
-            }
-            for (freedom, load_n) in top_loads(plan) {
-                self.rate_n[freedom] -= rates[1] * load_n;
-            }
-            self.advance_m.clone_from(&self.rate_n);
-            self.rates = [f64::NAN; 2];
-            if !stuck.solve(&mut self.advance_m, stop) {
-                return false;
-            }
-            self.rates = rates;
+        if self.rates != rates && !self.respond(plan, rates, stuck, stop) {
+            return false;
         }
-        let velocity_m_per_s: Vec<f64> =
-            (0..self.advance_m.len()).map(|n| self.velocity_m_per_s(n)).collect();
+        let [of_drive, of_load] = &self.responses;
+        let sum = |n: usize, of: fn(&Response) -> &[f64]| of(of_drive)[n] + rates[1] * of(of_load)[n];
         let force_n = &mut self.position_m;
-        force_n.fill(0.0);
-        add_damping(plan, &velocity_m_per_s, force_n);
+        for (n, force_n) in force_n.iter_mut().enumerate() {
+            self.advance_m[n] = sum(n, |of| &of.displacement_m);
+            self.rate_n[n] = sum(n, |of| &of.force_n);
+            *force_n = sum(n, |of| &of.damping_n);
+        }
         for (place, anchor_m) in state.stick_position_m.iter().enumerate() {
             let (axis, contact) = (place / plan.blocks, place % plan.blocks);
             force_n[axis * self.nodes + contact] += plan.friction.springs_n_per_m[contact] * anchor_m;
@@ -339,6 +352,36 @@ impl Forced {
         stuck.solve(force_n, stop)
     }
 
+    /// Finds the responses to the changes in a step; `false` as [`Forced::begin`].
+    fn respond<const D: usize>(
+        &mut self,
+        plan: &Plan,
+        rates: [f64; 2],
+        stuck: &dyn Stuck<D>,
+        stop: &Stop<'_>,
+    ) -> bool {
+        self.rates = [f64::NAN; 2];
+        let mut forces_n = [(); 2].map(|()| vec![0.0; self.advance_m.len()]);
+        for spring in &plan.drive.springs {
+            forces_n[0][spring.block] += spring.stiffness_n_per_m * (spring.direction * rates[0]);
+        }
+        for (freedom, load_n) in top_loads(plan) {
+            forces_n[1][freedom] = -load_n;
+        }
+        for (response, force_n) in self.responses.iter_mut().zip(forces_n) {
+            let mut displacement_m = force_n.clone();
+            if !stuck.solve(&mut displacement_m, stop) {
+                return false;
+            }
+            let velocity_m_per_s: Vec<f64> = displacement_m.iter().map(|x| x / self.step_s).collect();
+            let mut damping_n = vec![0.0; force_n.len()];
+            add_damping(plan, &velocity_m_per_s, &mut damping_n);
+            *response = Response { force_n, displacement_m, damping_n };
+        }
+        self.rates = rates;
+        true
+    }
+
     /// `v_q` of a freedom.
     #[inline]
     fn velocity_m_per_s(&self, freedom: usize) -> f64 {
@@ -352,18 +395,6 @@ impl Forced {
             u[n] = state.displacement_m[n] - self.position_m[n];
             v[n] = state.velocity_m_per_s[n] - self.velocity_m_per_s(n);
         }
-    }
-
-    /// The work of the load on top over a number of steps, `-sum L_j (U_j - U_{j - 1})` with `U = sum F_n u_z` and `L`
-    /// the load over that of the start, by parts: from how far a freedom has moved, and the sum of that over the states
-    /// before each step.
-    fn load_work_j(&self, plan: &Plan, steps: f64, way_m: impl Fn(usize) -> (f64, f64)) -> f64 {
-        let last = self.ramp.ahead(steps - 1.0);
-        let works = top_loads(plan).map(|(freedom, load_n)| {
-            let (way_m, sum_m) = way_m(freedom);
-            self.ramp.change_n(load_n * sum_m) - last.scaled_n(load_n * way_m)
-        });
-        works.sum()
     }
 
     /// The force of a contact's friction spring `into` steps after the first, and its change in a step, along

@@ -286,7 +286,6 @@ impl Accounts {
     /// block's displacements over as many states, the first that of `from_step`; `first_m` gives the
     /// first displacement.
     pub(crate) fn add_drive(
-        &self,
         plan: &Plan,
         state: &mut SliderState,
         from_step: u64,
@@ -307,7 +306,8 @@ impl Accounts {
         for spring in &plan.drive.springs {
             // If the point stops within the span, it does so in the first step.
             let nodes_m = if moving == steps { sum_m(spring.block) } else { count * first_m(spring.block) };
-            force_n += spring.stiffness_n_per_m * (points_m - spring.direction * nodes_m);
+            force_n +=
+                spring.stiffness_n_per_m * (points_m - spring.direction * (nodes_m - count * spring.rest_m));
         }
         state.energy.drive_work_j.add(advance_m * force_n);
     }

@@ -32,7 +32,7 @@ pub(crate) use band::{Entry, ROWS, factor_rows, solve_band};
 pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
 pub(crate) use contacts::{ContactInputs, apply_friction, friction_work, tangential_force};
 pub(crate) use dense::{add_columns, dots, product};
-pub(crate) use elastic::{invariant, pull};
+pub(crate) use elastic::pull;
 pub(crate) use energy::{
     Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
 };

@@ -464,6 +464,13 @@ impl Powers {
         }
         growth
     }
+
+    /// Coordinates a number of steps later.
+    pub(crate) fn grown(&self, coordinates: &Coordinates, steps: u64) -> Coordinates {
+        let mut grown = coordinates.clone();
+        grown.grow_by(&self.growth(steps));
+        grown
+    }
 }
 
 impl FromIterator<Complex> for Coordinates {

@@ -200,14 +200,6 @@ impl Chain {
         (right + left) - 2.0 * here
     }
 
-    /// Contribution of a spring with its dashpot to the invariant
-    /// `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` of the scheme, from the differences of
-    /// displacement and velocity between its ends: `k du (du - dt dv) - (dt / 2) eta dv^2`.
-    #[inline(always)]
-    pub fn invariant_of_bond(&self, du: f64, dv: f64, step_s: f64) -> f64 {
-        self.stiffness_n_per_m * du * (du - step_s * dv) - 0.5 * step_s * self.damping_kg_per_s * dv * dv
-    }
-
     /// The energy of a spring, `k du^2 / 2`, from the difference of displacement between its ends.
     #[inline(always)]
     pub fn bond_energy(&self, du: f64) -> f64 {
@@ -310,7 +302,7 @@ impl Stiffness {
 
 #[cfg(test)]
 mod tests {
-    use super::{Chain, second_difference};
+    use super::Chain;
     use crate::Lattice;
 
     const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };
@@ -412,18 +404,5 @@ mod tests {
         for (n, force) in force.iter().enumerate().take(CHAIN.nodes - 1) {
             assert!((elastic.spring_force_n(&u, n) - force).abs() < 1e-12, "node {n}");
         }
-    }
-
-    /// The invariant is the sum over the bonds, and the inertia of the nodes.
-    #[test]
-    fn the_invariant_is_a_sum_over_bonds() {
-        let (u, v, dt) = (numbers(5), numbers(6), 0.1);
-        let of_bonds: f64 =
-            (1..CHAIN.nodes).map(|n| CHAIN.invariant_of_bond(u[n] - u[n - 1], v[n] - v[n - 1], dt)).sum();
-        let product =
-            |a: &[f64], b: &[f64]| -> f64 { (0..CHAIN.nodes).map(|n| -a[n] * second_difference(b, n)).sum() };
-        let (k, eta) = (CHAIN.stiffness_n_per_m, CHAIN.damping_kg_per_s);
-        let whole = k * product(&u, &u) - dt * k * product(&v, &u) - dt / 2.0 * eta * product(&v, &v);
-        assert!((of_bonds - whole).abs() < 1e-14, "{of_bonds} {whole}");
     }
 }

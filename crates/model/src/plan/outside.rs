@@ -211,12 +211,11 @@ impl Outside<'_> {
         })
     }
 
-    /// Adds all forces to those on the contacts: in a lattice, other nodes may be pulled as well.
+    /// Adds all forces to those on the first nodes, which may be the contacts of a lattice alone.
     pub fn add_n(&self, force_n: &mut [f64], at: [&[f64]; 2]) {
-        let contacts = self.plan.blocks;
         self.pull(at, |node, pull_n| {
-            if node < contacts {
-                force_n[node] += pull_n;
+            if let Some(force_n) = force_n.get_mut(node) {
+                *force_n += pull_n;
             }
         });
         force_n.iter_mut().zip(&*self.prestress_n()).for_each(|(force, prestress)| *force += prestress);

@@ -166,7 +166,7 @@ pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
 pub(crate) fn shear_at_start_n(plan: &Plan) -> Vec<f64> {
     let (u, still) = (&plan.initial.displacement_m, vec![0.0; plan.elastic.freedoms()]);
     let mut shear_n = tangential_force_n(plan);
-    plan.outside(0, u64::MAX).add_n(&mut shear_n, [u, &still]);
+    plan.outside(0, u64::MAX).add_n(&mut shear_n[..plan.blocks], [u, &still]);
     shear_n
 }
 

@@ -85,7 +85,7 @@ impl SliderState {
             *tau += plan.elastic.damping_force_n(v, plan.elastic.tangential_freedom(n));
         }
         let outside = plan.outside(step, hold_step);
-        outside.add_n(&mut tangential_force_n, [u, v]);
+        outside.add_n(&mut tangential_force_n[..plan.blocks], [u, v]);
         let (ages, is_given) = (plan.friction.ageing.is_some(), plan.has_given_loads());
         SliderState {
             step,

@@ -21,7 +21,6 @@ use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::plan::outside::Driving;
-use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
 use crate::records::counters::Counters;
@@ -54,7 +53,7 @@ pub(crate) trait Leaps: Debug + Send + 'static {
     /// The cost of a state inside a leap, in single steps.
     fn steps_of_sample(&self, leap: Self::Leap) -> u64;
 
-    /// Writes the state `into` steps into the leap; samples come in the order of time.
+    /// Writes the state `into` steps into the leap.
     fn sample(&mut self, leap: Self::Leap, into: u64, plan: &Plan, sampler: &mut Stepper<Self::Body>);
 
     /// Prepares the energies for the few steps from a sample to the next; returns for how many single steps
@@ -62,15 +61,6 @@ pub(crate) trait Leaps: Debug + Send + 'static {
     fn go_on(&mut self, _steps: u64, _plan: &Plan, _aside: &mut Stepper<Self::Body>) -> u64 {
         0
     }
-
-    /// Energies `into` steps into the leap.
-    fn energy(
-        &mut self,
-        leap: Self::Leap,
-        into: u64,
-        plan: &Plan,
-        sampler: &mut Stepper<Self::Body>,
-    ) -> Energy;
 
     /// Number of single steps to take after one without a switch, and the cost of that prediction; `(0, 0)`
     /// to try a leap.
@@ -216,7 +206,7 @@ impl<L: Leaps> Fast<L> {
             driving = self.sampler.take_step(self.sampler_steps);
         }
         self.is_inside = true;
-        let energy = self.leaps.energy(leap, into, &self.plan, &mut self.sampler);
+        let energy = self.sampler.energy();
         self.recorder.record(&self.plan, self.sampler.state(), driving, energy, &[], false).map(drop)
     }
 }

@@ -25,10 +25,7 @@
 //! plain stepper's own forms differ by 4e-11 N.
 
 use asperity_model::Plan;
-use asperity_model::body::elastic::Chain;
-use asperity_model::body::ends::{EndBond, absorbing_kg_per_s};
-
-use crate::kernels;
+use asperity_model::body::ends::absorbing_kg_per_s;
 
 /// Share of thresholds and velocities that bounds keep in reserve for rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
@@ -129,24 +126,8 @@ impl Norms {
     }
 }
 
-/// `I(u, v)` of a residue of a stuck chain.
-pub(crate) fn invariant_of_chain(plan: &Plan, chain: &Chain, [u, v]: [&[f64]; 2]) -> f64 {
-    let dt = plan.grid.step_s();
-    let driven = plan.drive.springs.iter();
-    let drive: f64 = driven
-        .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
-        .sum();
-    let slider = kernels::invariant(&plan.friction.springs_n_per_m, u, v, chain, plan.block_mass_kg, dt);
-    let of_bond = |bond: &EndBond| {
-        let (u, v) = (bond.stretch(u), bond.stretch(v));
-        bond.stiffness_n_per_m * u * (u - dt * v) - 0.5 * dt * bond.damping_kg_per_s * v * v
-    };
-    let ends: f64 = plan.end_bonds.iter().map(of_bond).sum();
-    (slider + (drive + ends)).max(0.0)
-}
-
 /// `I` of displacements and `w = dt v`, whose `M u` and `C w` are given.
-pub(crate) fn invariant_of_products(
+pub(crate) fn invariant(
     (mass_kg, step_s): (f64, f64),
     [u, w]: [&[f64]; 2],
     [stiff, damped]: [&[f64]; 2],

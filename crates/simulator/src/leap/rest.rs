@@ -39,12 +39,12 @@ pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
 }
 
 /// Takes steps in which nothing moves but the drive point.
-pub(crate) fn rest(plan: &Plan, steps: u64, state: &mut SliderState, accounts: &Accounts) {
+pub(crate) fn rest(plan: &Plan, steps: u64, state: &mut SliderState) {
     let from_step = state.step;
     state.step += steps;
     state.sliding = 0;
     let displacement_m = std::mem::take(&mut state.displacement_m);
     let sum_m = |n: usize| steps as f64 * displacement_m[n];
-    accounts.add_drive(plan, state, from_step, steps, sum_m, |n| displacement_m[n]);
+    Accounts::add_drive(plan, state, from_step, steps, sum_m, |n| displacement_m[n]);
     state.displacement_m = displacement_m;
 }

@@ -139,11 +139,11 @@ impl Window {
         let first_m = |n: usize| start_m[n];
         if !accounts.corrects_heat() && plan.drive.springs.len() <= FEW_SPRINGS {
             let sum_m = |n: usize| expansion.displacement_sum_m(n, steps, coefficients);
-            accounts.add_drive(plan, state, from_step, steps, sum_m, first_m);
+            Accounts::add_drive(plan, state, from_step, steps, sum_m, first_m);
             return;
         }
         expansion.displacement_sums_m(sums_m, steps, coefficients);
-        accounts.add_drive(plan, state, from_step, steps, |n| sums_m[n], first_m);
+        Accounts::add_drive(plan, state, from_step, steps, |n| sums_m[n], first_m);
         // Sum over the states after each step: without the first state, with the last.
         accounts.correct_heat(plan, &mut state.energy, sums_m, 1.0);
         accounts.correct_heat(plan, &mut state.energy, start_m, -1.0);

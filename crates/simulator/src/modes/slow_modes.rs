@@ -11,7 +11,6 @@ mod inverse;
 mod mirror;
 mod stuck;
 
-pub(crate) use arnoldi::SlowModes;
 pub(crate) use class_modes::{ClassModes, top_loads};
-pub(crate) use mirror::{Motions, mirrors_itself};
+pub(crate) use mirror::mirrors_itself;
 pub(crate) use stuck::{StuckLattice, SystemSizes};

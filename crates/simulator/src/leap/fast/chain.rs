@@ -4,11 +4,10 @@
 use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::absorbing_kg_per_s;
-use asperity_record::Energy;
 
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::fast::{Leaps, Open};
-use crate::leap::jump::chain::ChainJump;
+use crate::leap::jump::{Jump, chain};
 use crate::leap::rest::{rest, rest_steps};
 use crate::leap::window::Window;
 use crate::step::body::{Body, ChainBody};
@@ -37,7 +36,7 @@ pub(crate) enum Leap {
 pub(crate) struct ChainLeaps {
     window: Window,
     /// For chains whose modes are known.
-    jump: Option<ChainJump>,
+    jump: Option<Jump<1>>,
     costs: Costs,
 }
 
@@ -79,15 +78,9 @@ impl ChainLeaps {
         let accounts = body.accounts_mut();
         match leap {
             Leap::Window(_) => self.window.advance(plan, steps, state, accounts),
-            Leap::Jump => {
-                let jump = opened(&mut self.jump);
-                match lands {
-                    true => jump.land(steps, state),
-                    false => jump.sample(steps, state),
-                }
-                jump.account(plan, state, accounts);
-            }
-            Leap::Rest => rest(plan, steps, state, accounts),
+            Leap::Jump if lands => opened(&mut self.jump).land(plan, steps, state),
+            Leap::Jump => opened(&mut self.jump).sample(plan, steps, state),
+            Leap::Rest => rest(plan, steps, state),
         }
         if accounts.by_steps() {
             accounts.end(plan, state);
@@ -101,7 +94,7 @@ impl ChainLeaps {
 }
 
 /// The jump that a leap was opened with.
-fn opened(jump: &mut Option<ChainJump>) -> &mut ChainJump {
+fn opened(jump: &mut Option<Jump<1>>) -> &mut Jump<1> {
     jump.as_mut().expect("only a solver with jumps opens one")
 }
 
@@ -109,10 +102,10 @@ impl Leaps for ChainLeaps {
     type Body = ChainBody;
     type Leap = Leap;
 
-    fn of(plan: &Plan, chain: &Chain) -> ChainLeaps {
+    fn of(plan: &Plan, elastic: &Chain) -> ChainLeaps {
         ChainLeaps {
-            window: Window::new(plan, chain),
-            jump: if ChainJump::may_pay(plan) { ChainJump::new(plan, chain) } else { None },
+            window: Window::new(plan, elastic),
+            jump: if chain::may_pay(plan) { chain::jump(plan, elastic) } else { None },
             costs: Costs::of(plan),
         }
     }
@@ -133,7 +126,7 @@ impl Leaps for ChainLeaps {
             && state.detached == 0
             && state.step >= solver.pace.no_jump_before_step
         {
-            match jump.open(plan, state, most_steps) {
+            match jump.open(plan, state, most_steps, solver.stop) {
                 Ok(steps) => {
                     self.begin_span(solver, steps);
                     return Ok((Leap::Jump, steps));
@@ -187,7 +180,7 @@ impl Leaps for ChainLeaps {
     fn steps_of_sample(&self, leap: Leap) -> u64 {
         match leap {
             Leap::Window(_) => self.costs.window_sample_steps(self.window.work()),
-            Leap::Jump => self.jump.as_ref().map_or(0, |jump| jump.modes_steps),
+            Leap::Jump => self.jump.as_ref().map_or(0, Jump::steps_of_sample),
             Leap::Rest => 0,
         }
     }
@@ -207,10 +200,6 @@ impl Leaps for ChainLeaps {
         }
         accounts.end(plan, state);
         u64::MAX
-    }
-
-    fn energy(&mut self, _: Leap, _: u64, _: &Plan, sampler: &mut Stepper<ChainBody>) -> Energy {
-        sampler.energy()
     }
 
     /// Extrapolating two steps without a switch costs a fraction of opening a window in vain; if no switch
@@ -250,7 +239,7 @@ impl Leaps for ChainLeaps {
             // A chain that rests needs no modes to jump.
             return fallbacks;
         }
-        if !ChainJump::may_pay(plan) {
+        if !chain::may_pay(plan) {
             fallbacks.push(
                 "windows instead of jumps: the modes of the stuck chain would take longer than so few steps",
             );

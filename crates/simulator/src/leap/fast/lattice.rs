@@ -1,15 +1,14 @@
 //! The leaps of a lattice: jumps while all contacts are stuck.
 //!
 //! It takes single steps while any contact slides, and afterwards until the fast modes have died away. Then
-//! it jumps ([`crate::leap::jump::lattice`]) by the slow modes (`modes/slow_modes/arnoldi.rs`, found with the
+//! it jumps ([`crate::leap::jump`]) by the slow modes (`modes/slow_modes/arnoldi.rs`, found with the
 //! factor of the stiffness, `modes/slow_modes/stuck.rs`) of the stuck lattice as far as is certified.
 
 use asperity_model::{Lattice, Plan};
-use asperity_record::Energy;
 
 use crate::leap::cost;
 use crate::leap::fast::{Leaps, Open};
-use crate::leap::jump::lattice::LatticeJump;
+use crate::leap::jump::{Jump, lattice};
 use crate::modes::slow_modes::{StuckLattice, SystemSizes};
 use crate::records::stop::Stop;
 use crate::step::body::{LatticeBody, OfPlan};
@@ -34,53 +33,42 @@ const RUNS_OF_MODES: u64 = 8;
 /// over an area.
 const MOST_NUMBERS: [usize; 2] = [1 << 27, 3 << 26];
 
-/// Number of single steps that cost as much as composing a sample.
-const STEPS_OF_SAMPLE: u64 = 32;
-
-/// Why a run has no jumps: of a slab, and over an area.
-const TOO_SHORT: [&str; 2] = [
-    "single steps instead of jumps: the modes of the stuck slab would take longer than so few steps",
-    "single steps instead of jumps: the modes of the stuck slider would take longer than so few steps",
-];
-const TOO_LARGE: [&str; 2] = [
-    "single steps instead of jumps: the modes of so large a slab would take too much memory",
-    "single steps instead of jumps: the modes of so large a slider would take too much memory",
-];
-const NO_MODES: [&str; 2] = [
-    "single steps instead of jumps: the stuck slab has no slow modes that doubles can tell",
-    "single steps instead of jumps: the stuck slider has no modes that last and that doubles can tell",
-];
+/// Why a run has no jumps.
+const TOO_SHORT: &str =
+    "single steps instead of jumps: the modes of the stuck slider would take longer than so few steps";
+const TOO_LARGE: &str =
+    "single steps instead of jumps: the modes of so large a slider would take too much memory";
+const NO_MODES: &str =
+    "single steps instead of jumps: the stuck slider has no modes that last and that doubles can tell";
 
 /// Leaps over the steps of a lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug)]
 pub(crate) struct LatticeLeaps<const D: usize = 1> {
-    lattice: Lattice,
     /// Steps of Arnoldi's iteration for each class of motions.
     iterations: usize,
     /// Made at the first attempt to jump; or why there are none.
-    jumps: Option<Result<Box<LatticeJump<D>>, &'static str>>,
+    jumps: Option<Result<Jump<D>, &'static str>>,
 }
 
 impl<const D: usize> LatticeLeaps<D> {
     /// Computes the modes at the first attempt to jump; `None` if there are none, or the stop comes.
-    fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut LatticeJump<D>> {
+    fn made(&mut self, plan: &Plan, stop: &Stop<'_>) -> Option<&mut Jump<D>> {
         if self.jumps.is_none() {
-            let stuck = StuckLattice::of(plan, self.lattice, stop);
-            let jump = stuck.and_then(|stuck| LatticeJump::of(plan, stuck, self.iterations, stop));
+            let jump = lattice::jump(plan, self.iterations, stop);
             if stop.has_come() {
                 return None;
             }
-            self.jumps = Some(jump.map(Box::new).ok_or(NO_MODES[D - 1]));
+            self.jumps = Some(jump.ok_or(NO_MODES));
         }
         self.jump()
     }
 
-    fn jump(&mut self) -> Option<&mut LatticeJump<D>> {
-        self.jumps.as_mut()?.as_deref_mut().ok()
+    fn jump(&mut self) -> Option<&mut Jump<D>> {
+        self.jumps.as_mut()?.as_mut().ok()
     }
 
     /// The jump that is open.
-    fn opened(&mut self) -> &mut LatticeJump<D> {
+    fn opened(&mut self) -> &mut Jump<D> {
         self.jump().expect("only a solver with jumps opens one")
     }
 }
@@ -92,16 +80,16 @@ where
     type Body = LatticeBody<D>;
     type Leap = ();
 
-    fn of(plan: &Plan, lattice: &Lattice) -> LatticeLeaps<D> {
-        let effort = Effort::of(plan, lattice);
+    fn of(plan: &Plan, elastic: &Lattice) -> LatticeLeaps<D> {
+        let effort = Effort::of(plan, elastic);
         let jumps = if effort.numbers > MOST_NUMBERS[D - 1] {
-            Some(Err(TOO_LARGE[D - 1]))
+            Some(Err(TOO_LARGE))
         } else if RUNS_OF_MODES * effort.steps > plan.steps {
-            Some(Err(TOO_SHORT[D - 1]))
+            Some(Err(TOO_SHORT))
         } else {
             None
         };
-        LatticeLeaps { lattice: *lattice, iterations: effort.iterations, jumps }
+        LatticeLeaps { iterations: effort.iterations, jumps }
     }
 
     fn open(&mut self, solver: &mut Open<'_, LatticeBody<D>>, most_steps: u64) -> Result<((), u64), u64> {
@@ -130,26 +118,18 @@ where
         let jump = self.opened();
         solver.counters.jumps += 1;
         solver.counters.jump_steps += steps;
-        let state = solver.stepper.state_mut();
-        jump.land(steps, state);
-        jump.bring_up(solver.plan, steps, state);
+        jump.land(solver.plan, steps, solver.stepper.state_mut());
         cost::earn(&mut solver.pace.saved_steps, steps);
         // A jump that is taken is no failed attempt: a shortfall of saved steps need not be made up.
         solver.pace.pay(jump.cost_steps);
     }
 
     fn steps_of_sample(&self, (): ()) -> u64 {
-        STEPS_OF_SAMPLE
+        self.jumps.iter().flatten().map(Jump::steps_of_sample).sum()
     }
 
-    fn sample(&mut self, (): (), into: u64, _: &Plan, sampler: &mut Stepper<LatticeBody<D>>) {
-        self.opened().sample(into, sampler.state_mut());
-    }
-
-    /// From the jump, not from the steps behind the sample.
-    fn energy(&mut self, (): (), into: u64, plan: &Plan, sampler: &mut Stepper<LatticeBody<D>>) -> Energy {
-        self.opened().bring_up(plan, into, sampler.state_mut());
-        sampler.energy()
+    fn sample(&mut self, (): (), into: u64, plan: &Plan, sampler: &mut Stepper<LatticeBody<D>>) {
+        self.opened().sample(plan, into, sampler.state_mut());
     }
 
     fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {

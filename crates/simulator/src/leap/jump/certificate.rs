@@ -17,7 +17,7 @@ use std::array;
 use std::sync::Arc;
 
 use asperity_model::law::magnitude;
-use asperity_model::{Lattice, Plan, SliderState};
+use asperity_model::{Plan, SliderState};
 
 use crate::kernels;
 use crate::leap::clearance::Clearance;
@@ -26,7 +26,7 @@ use crate::leap::norms::ROUNDING;
 use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::ClassModes;
-use crate::step::strength::{StopForce, least_threshold_n};
+use crate::step::strength::{StopForce, least_threshold_n, static_coefficient};
 
 /// Stretches whose ends are evaluated exactly.
 #[derive(Debug, Clone, Copy)]
@@ -59,9 +59,7 @@ pub(crate) struct Part<const D: usize> {
 impl<const D: usize> Part<D> {
     /// The coordinates a number of steps later.
     pub(crate) fn grown(&self, steps: u64) -> Coordinates {
-        let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.modes.slow.powers.growth(steps));
-        coordinates
+        self.modes.slow.powers.grown(&self.coordinates, steps)
     }
 }
 
@@ -69,12 +67,13 @@ impl<const D: usize> Part<D> {
 pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a SliderState,
-    pub(crate) lattice: Lattice,
     pub(crate) forced: &'a Forced,
+    /// How much the modes may add from its start on.
+    pub(crate) swing: Swing,
     /// Modes whose swing is followed from stretch to stretch; none of a chain, which is certified at once.
-    pub(crate) parts: &'a [Part<D>],
-    /// Static coefficients of contacts on a foundation.
-    pub(crate) coefficients: &'a [f64],
+    pub(crate) parts: Vec<Part<D>>,
+    /// Static coefficients.
+    coefficients: Vec<f64>,
     /// What the magnitude of a force, a normal load and the sum of the driving forces may be off by.
     pub(crate) reserves: [f64; 3],
 }
@@ -87,7 +86,7 @@ type NearSwitch<const D: usize> = (usize, Vec<Vec<([Complex; D], Complex)>>);
 pub(crate) struct Swing {
     pub(crate) force_n: Vec<f64>,
     load_n: Vec<f64>,
-    drive_n: f64,
+    pub(crate) drive_n: f64,
 }
 
 impl Swing {
@@ -96,22 +95,33 @@ impl Swing {
     }
 }
 
-impl<const D: usize> Certificate<'_, D> {
-    /// Steps for which the forced part alone neither switches a contact nor stops the drive.
-    pub(crate) fn of_forced(&self) -> u64 {
-        self.certified(0, &Swing::none(self.plan))
+impl<'a, const D: usize> Certificate<'a, D> {
+    /// Of the forced part alone.
+    pub(crate) fn of(plan: &'a Plan, state: &'a SliderState, forced: &'a Forced) -> Certificate<'a, D> {
+        let coefficients = (0..plan.blocks).map(|n| static_coefficient(plan, state, n)).collect();
+        let swing = Swing::none(plan);
+        Certificate { plan, state, forced, swing, parts: Vec::new(), coefficients, reserves: [0.0; 3] }
+    }
+
+    /// Steps for which the swing that is given neither switches a contact nor stops the drive.
+    pub(crate) fn at_once(&self) -> u64 {
+        self.certified(0, &self.swing)
     }
 
     fn stretches(&self) -> Stretches {
-        if self.lattice.first_normal().is_some() { LONG } else { SHORT }
+        if self.plan.elastic.first_normal().is_some() { LONG } else { SHORT }
     }
 
     /// The largest number of steps that is certified.
     pub(crate) fn longest(&self, most_steps: u64) -> u64 {
+        if self.parts.is_empty() {
+            return self.at_once().min(most_steps);
+        }
         let (stretches, mut steps, mut looks) = (self.stretches(), 0, 0);
         while steps < most_steps {
             let coordinates: Vec<Coordinates> = self.parts.iter().map(|part| part.grown(steps)).collect();
-            let swing = self.swing(&coordinates);
+            let mut swing = Swing::none(self.plan);
+            self.add_swing(&mut swing, &coordinates, |_| 1.0);
             let certified = self.certified(steps, &swing).min(most_steps);
             if certified >= steps + stretches.steps || certified == most_steps {
                 steps = certified;
@@ -131,23 +141,22 @@ impl<const D: usize> Certificate<'_, D> {
         steps
     }
 
-    /// How much the modes may add from there on.
-    fn swing(&self, coordinates: &[Coordinates]) -> Swing {
-        let mut swing = Swing::none(self.plan);
+    /// Adds how much the modes may add, as a share of their sizes that depends on their rates.
+    fn add_swing(&self, swing: &mut Swing, coordinates: &[Coordinates], share: impl Fn(Complex) -> f64) {
         for (part, coordinates) in self.parts.iter().zip(coordinates) {
-            let sizes = coordinates.sizes();
+            let sizes = coordinates.sizes().into_iter().zip(&part.modes.slow.rates);
+            let sizes: Vec<f64> = sizes.map(|(size, s)| size * share(*s)).collect();
             kernels::add_columns(&mut swing.force_n, &part.modes.most_force_n, &sizes);
             kernels::add_columns(&mut swing.load_n, &part.modes.most_load_n, &sizes);
             for (size, drive) in sizes.iter().zip(&part.modes.drive_n) {
                 swing.drive_n += size * drive.size();
             }
         }
-        swing
     }
 
     /// Steps from the start of the jump for which this swing neither switches a contact nor stops the
     /// drive, provided that the state at `from` is certified; otherwise `from`.
-    pub(crate) fn certified(&self, from: u64, swing: &Swing) -> u64 {
+    fn certified(&self, from: u64, swing: &Swing) -> u64 {
         let [of_force, of_load, of_drive] = self.reserves;
         let mut clearance = Clearance::ENDLESS;
         for n in 0..self.plan.blocks {
@@ -169,11 +178,12 @@ impl<const D: usize> Certificate<'_, D> {
     /// Strength of a contact in the forced part `into` steps after the first, and its change in a step. On a
     /// foundation its normal load may be `less_n` smaller; otherwise the load is given.
     fn strength_n(&self, contact: usize, into: f64, less_n: f64) -> (f64, f64) {
-        let Some(normal) = self.lattice.first_normal() else {
+        let Some(normal) = self.plan.elastic.first_normal() else {
             let (at_start_n, ramp) = (least_threshold_n(self.plan, self.state)[contact], self.forced.ramp);
             return (ramp.ahead(into).scaled_n(at_start_n), ramp.change_n(at_start_n));
         };
-        let (kf, z, mu) = (self.lattice.foundation_n_per_m, normal + contact, self.coefficients[contact]);
+        let (kf, z, mu) =
+            (self.plan.elastic.foundation_n_per_m, normal + contact, self.coefficients[contact]);
         let rate = -kf * self.forced.advance_m[z];
         (mu * (-kf * self.forced.position_m[z] + into * rate - less_n), mu * rate)
     }
@@ -193,7 +203,8 @@ impl<const D: usize> Certificate<'_, D> {
         while reached < to {
             // The last may be shorter.
             let steps = stretch.min(to - reached);
-            for ((coordinates, by_stretch), part) in coordinates.iter_mut().zip(&by_stretch).zip(self.parts) {
+            for ((coordinates, by_stretch), part) in coordinates.iter_mut().zip(&by_stretch).zip(&self.parts)
+            {
                 if steps == stretch {
                     coordinates.grow_by(by_stretch);
                 } else {
@@ -210,21 +221,11 @@ impl<const D: usize> Certificate<'_, D> {
 
     /// By how much the modes may deviate from a straight line within a stretch, with the reserves.
     fn bent(&self, stretch: u64, coordinates: &[Coordinates]) -> Swing {
-        let [of_force, of_load, of_drive] = self.reserves;
-        let contacts = self.plan.blocks;
-        let bend = stretch as f64 * stretch as f64 / 8.0;
+        let ([of_force, of_load, of_drive], contacts) = (self.reserves, self.plan.blocks);
         let mut bent =
-            Swing { force_n: vec![of_force; contacts], load_n: vec![of_load; contacts], drive_n: 0.0 };
-        for (part, coordinates) in self.parts.iter().zip(coordinates) {
-            let rates = part.modes.slow.rates.iter();
-            let sizes = coordinates.sizes().into_iter().zip(rates);
-            let bends: Vec<f64> = sizes.map(|(size, s)| bend * size * (s.re * s.re + s.im * s.im)).collect();
-            kernels::add_columns(&mut bent.force_n, &part.modes.most_force_n, &bends);
-            kernels::add_columns(&mut bent.load_n, &part.modes.most_load_n, &bends);
-            let drives = bends.iter().zip(&part.modes.drive_n);
-            bent.drive_n += drives.map(|(bend, drive)| bend * drive.size()).sum::<f64>();
-        }
-        bent.drive_n += of_drive;
+            Swing { force_n: vec![of_force; contacts], load_n: vec![of_load; contacts], drive_n: of_drive };
+        let bend = stretch as f64 * stretch as f64 / 8.0;
+        self.add_swing(&mut bent, coordinates, |s| bend * (s.re * s.re + s.im * s.im));
         bent
     }
 

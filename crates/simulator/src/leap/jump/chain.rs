@@ -1,12 +1,5 @@
 //! Jumps of a chain.
 //!
-//! With `eta L` the damping, `L` the second difference, `K_n` the drive's springs and `X` its point, whose
-//! velocity `V` is 0 once it has stopped, the forced part is
-//!
-//! ```text
-//! M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n X(s + 1),  M b = sum_n e_n K_n V dt.
-//! ```
-//!
 //! The modes are those of the map of a step ([`crate::modes`]), all of them. The certificate keeps a
 //! reserve for the part of the rest that they may not span.
 //!
@@ -20,19 +13,18 @@
 
 use std::sync::Arc;
 
-use asperity_model::body::chain::{SteadyLoading, Stiffness};
+use asperity_model::body::chain::Stiffness;
 use asperity_model::body::elastic::Chain;
 use asperity_model::{Plan, SliderState};
 
-use crate::energy::{Accounts, Radiated};
+use crate::energy::Radiated;
 use crate::kernels;
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
-use crate::leap::jump::Forced;
-use crate::leap::jump::certificate::{Certificate, Swing};
-use crate::leap::norms::{Norms, invariant_of_chain};
-use crate::modes::operator_cache;
+use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, add_damping};
+use crate::leap::norms::invariant;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
-use crate::modes::{Coordinates, Modes, Powers};
+use crate::modes::{Coordinates, Modes, operator_cache};
+use crate::records::stop::Stop;
 
 /// Below this many steps windows are cheaper than a jump with stored modes.
 const SHORTEST: u64 = 10_000;
@@ -45,269 +37,170 @@ const SHORTEST_WITH_WAVES: u64 = 1_500;
 const PATIENCE_STEPS: u64 = SHORTEST / 16;
 const PATIENCE_WITH_WAVES_STEPS: u64 = 100;
 
-/// Largest truncation of displacements in samples, relative to the largest one: a rounding error or two.
-const NEGLIGIBLE: f64 = 4e-16;
-
 /// Allowance for what waves miss besides their defect: rounding errors of the state.
 const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 
-/// The modes of the stuck chain.
+/// The stuck chain, with all of its modes, stored or as waves.
 #[derive(Debug)]
-enum Basis {
-    Stored(Arc<Modes>),
-    Waves(Box<StandingWaves>),
-}
-
-/// The stuck chain's modes, and the quasi-static state and residue of one jump.
-#[derive(Debug)]
-pub(crate) struct ChainJump {
+struct StuckChain<M> {
     chain: Chain,
-    norms: Norms,
-    basis: Basis,
-    powers: Powers,
-    /// Below this many steps a jump is not worth it.
-    shortest_steps: u64,
-    /// Steps after which it may be worth trying again where a jump was refused.
-    refused_steps: u64,
-    /// Cost of projecting a state onto the modes, or of composing it from them.
-    pub(crate) modes_steps: u64,
     stiffness: Stiffness,
-    loading: SteadyLoading,
-    /// The forced part of the jump that is open, the rest, and that in modal coordinates.
-    forced: Forced,
-    residue: Vec<f64>,
-    composed: Vec<f64>,
+    modes: M,
     coordinates: Coordinates,
-    /// Cost of the last attempt, and of landing if a jump is open.
-    pub(crate) cost_steps: u64,
-    /// Size below which modes do not affect displacements.
-    negligible: f64,
-    /// Coordinates at the last sample, its step, and their growth over the last interval between samples.
-    sampled: Coordinates,
-    sampled_step: u64,
-    cadence: (u64, Coordinates),
-    swing: Swing,
+    /// Cost of projecting a state onto the modes.
+    modes_steps: u64,
 }
 
-impl ChainJump {
-    /// Whether the run is long enough for the modes to be worth computing; never for a law without friction
-    /// springs, where nothing vibrates while all blocks are stuck.
-    pub(crate) fn may_pay(plan: &Plan) -> bool {
-        !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps)
-    }
+/// Whether the run is long enough for the modes to be worth computing; never for a law without friction
+/// springs, where nothing vibrates while all blocks are stuck.
+pub(crate) fn may_pay(plan: &Plan) -> bool {
+    !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps)
+}
 
-    /// `None` for chains whose modes do not span all states.
-    pub(crate) fn new(plan: &Plan, chain: &Chain) -> Option<ChainJump> {
-        let (blocks, costs) = (plan.blocks, Costs::of(plan));
-        let (basis, powers, [shortest_steps, refused_steps, modes_steps]) = if blocks <= LONG_CHAIN {
-            let modes = operator_cache::HERE.modes(plan, chain)?;
-            let products_steps = match Radiated::of(plan, chain) {
-                Radiated::Apart if plan.end_bonds.iter().any(|bond| bond.radiates) => {
-                    cost::products_steps(blocks as u64)
-                }
-                _ => 0,
-            };
-            let steps =
-                [SHORTEST.max(8 * products_steps), PATIENCE_STEPS, costs.modes_steps() + products_steps];
-            let powers = modes.powers.clone();
-            (Basis::Stored(modes), powers, steps)
-        } else {
-            let waves = Box::new(StandingWaves::of(plan, chain)?);
-            let steps = [SHORTEST_WITH_WAVES, PATIENCE_WITH_WAVES_STEPS, costs.modes_steps()];
-            let powers = waves.powers.clone();
-            (Basis::Waves(waves), powers, steps)
-        };
-        let stiffness = Stiffness::of(plan, chain);
-        Some(ChainJump {
+/// The jumps of a chain; `None` if its modes do not span all states.
+pub(crate) fn jump(plan: &Plan, chain: &Chain) -> Option<Jump<1>> {
+    let mut limits = Limits {
+        shortest_steps: SHORTEST,
+        refused_steps: PATIENCE_STEPS,
+        forced_steps: cost::QUASI_STATIC_STEPS,
+        composed_steps: Costs::of(plan).modes_steps(),
+    };
+    if plan.blocks > LONG_CHAIN {
+        limits.shortest_steps = SHORTEST_WITH_WAVES;
+        limits.refused_steps = PATIENCE_WITH_WAVES_STEPS;
+        return Some(StuckChain::jump(plan, chain, StandingWaves::of(plan, chain)?, limits));
+    }
+    let modes = operator_cache::HERE.modes(plan, chain)?;
+    if Radiated::of(plan, chain) == Radiated::Apart && plan.end_bonds.iter().any(|bond| bond.radiates) {
+        let products_steps = cost::products_steps(plan.blocks as u64);
+        limits.shortest_steps = SHORTEST.max(8 * products_steps);
+        limits.composed_steps += products_steps;
+    }
+    Some(StuckChain::jump(plan, chain, modes, limits))
+}
+
+impl<M: 'static> StuckChain<M>
+where
+    StuckChain<M>: Stuck<1>,
+{
+    fn jump(plan: &Plan, chain: &Chain, modes: M, limits: Limits) -> Jump<1> {
+        let stuck = StuckChain {
             chain: *chain,
-            norms: Norms::of(plan),
-            cadence: (0, powers.growth(0)),
-            basis,
-            powers,
-            shortest_steps,
-            refused_steps,
-            modes_steps,
-            loading: SteadyLoading::of(plan, &stiffness, 0.0),
-            forced: Forced::of_nodes(blocks, 1),
-            stiffness,
-            residue: vec![0.0; 2 * blocks],
-            composed: vec![0.0; 2 * blocks],
+            stiffness: Stiffness::of(plan, chain),
+            modes,
             coordinates: Coordinates::default(),
-            cost_steps: 0,
-            negligible: 0.0,
-            sampled: Coordinates::default(),
-            sampled_step: 0,
-            swing: Swing::none(plan),
-        })
-    }
-
-    /// Splits a state in which every block is stuck, and gives the largest number
-    /// of steps over which none detaches by the certificate; if those are not worth it, the number after which the next
-    /// attempt is due.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Result<u64, u64> {
-        let (blocks, fewest_steps) = (plan.blocks, self.shortest_steps);
-        self.cost_steps = cost::QUASI_STATIC_STEPS;
-        let refused = Err(self.refused_steps);
-        if most_steps < fewest_steps {
-            return refused;
-        }
-        self.forced.begin(plan, state);
-        let outside = plan.outside(state.step + 1, state.hold_step);
-        self.loading = SteadyLoading::of(plan, &self.stiffness, self.forced.point_m);
-        let ChainJump { forced, loading, residue, swing, .. } = self;
-        forced.advance_m.copy_from_slice(&loading.advance_m);
-        loading.position_m(plan, &self.stiffness, &state.stick_position_m, outside, &mut forced.position_m);
-        let certificate = |reserves| Certificate::<1> {
-            plan,
-            state,
-            lattice: plan.elastic,
-            forced,
-            parts: &[],
-            coefficients: &[],
-            reserves,
+            modes_steps: limits.composed_steps,
         };
-        // If the quasi-static part alone rules out the jump, the modes need not be computed.
-        let bare = certificate([0.0; 3]);
-        if bare.of_forced() < fewest_steps {
-            return refused;
-        }
-        self.cost_steps = self.modes_steps;
-        let (u, v) = residue.split_at_mut(blocks);
-        for n in 0..blocks {
-            u[n] = state.displacement_m[n] - forced.position_m[n];
-            v[n] = state.velocity_m_per_s[n] - loading.velocity_m_per_s[n];
-        }
-        let norm = invariant_of_chain(plan, &self.chain, [u, v]).sqrt();
-        let scales = [&state.displacement_m, &state.velocity_m_per_s].map(|of| kernels::largest(of));
-        let missed = match &mut self.basis {
-            Basis::Stored(modes) => {
-                self.coordinates = modes.project(residue);
-                modes.bound(&self.coordinates, &mut swing.force_n);
-                modes.missed() * norm
-            }
-            Basis::Waves(waves) => {
-                self.coordinates = waves.project(residue);
-                let bound = waves.bound(&self.coordinates);
-                let mut is_calm = |[of_first, of_others]: [f64; 2]| {
-                    swing.force_n.fill(of_others);
-                    swing.force_n[0] = of_first;
-                    bare.certified(0, swing) >= fewest_steps
-                };
-                if !is_calm(bound) {
-                    let (steps, asked) = waves.calm_after(&self.coordinates, is_calm);
-                    self.cost_steps += cost::CALM_STEPS * asked;
-                    return Err(steps);
-                }
-                waves.compose(&self.coordinates, f64::NEG_INFINITY, &mut self.composed);
-                self.cost_steps += self.modes_steps;
-                let mut missed = [0.0f64; 2];
-                for (n, (composed, residue)) in self.composed.iter().zip(&*residue).enumerate() {
-                    let most = &mut missed[n / blocks];
-                    *most = most.max((composed - residue).abs());
-                }
-                let defect = DEFECT_PER_BLOCK * blocks as f64;
-                let are_there = missed.iter().zip(scales).zip(residue.chunks(blocks)).all(
-                    |((missed, scale), residue)| {
-                        *missed <= MISSED_OF_STATE * scale + defect * kernels::largest(residue)
-                    },
-                );
-                if !are_there {
-                    return refused;
-                }
-                self.norms.at_most(blocks, missed[0], missed[1])
-            }
-        };
-        // Displacements grow on the way.
-        let advance_m = kernels::largest(&forced.advance_m) * most_steps as f64;
-        let largest_m = kernels::largest(&forced.position_m);
-        let rounding = self.norms.force_rounding(scales[0].max(largest_m) + advance_m, scales[1]);
-        self.negligible = NEGLIGIBLE / blocks as f64 * largest_m;
-        self.sampled.clone_from(&self.coordinates);
-        self.sampled_step = state.step;
-        let of_drive = self.norms.drive * (norm + missed) + rounding * blocks as f64;
-        let reserves = [self.norms.force * missed + rounding, 0.0, of_drive];
-        let steps = certificate(reserves).certified(0, swing).min(most_steps);
-        if steps < fewest_steps {
-            return refused;
-        }
-        self.cost_steps += self.modes_steps;
-        Ok(steps)
+        Jump::of(plan, Box::new(stuck), limits)
     }
 
-    /// Writes displacements and velocities after `into` steps of the jump.
-    pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
-        let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.powers.growth(into));
-        self.compose(into, &coordinates, f64::NEG_INFINITY, state);
-    }
-
-    /// Writes the state for a sample and leaves the jump open; samples must come in
-    /// the order of time.
-    pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        // Only samples advance from one to the next, which rounds differently: the landing of a jump must
-        // not depend on the records.
-        let target = self.forced.from_step + into;
-        let steps = target - self.sampled_step;
-        if self.cadence.0 != steps {
-            self.cadence = (steps, self.powers.growth(steps));
-        }
-        self.sampled.grow_by(&self.cadence.1);
-        self.sampled_step = target;
-        let sampled = std::mem::take(&mut self.sampled);
-        self.compose(into, &sampled, self.negligible, state);
-        self.sampled = sampled;
-    }
-
-    /// Adds to the energies the contributions of the steps up to the present state.
-    ///
-    /// The residue's displacements sum up by its map, summed over the steps `r -> r'`:
-    /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
-    pub(crate) fn account(&mut self, plan: &Plan, state: &mut SliderState, accounts: &Accounts) {
-        let blocks = plan.blocks;
-        let Forced { position_m, advance_m, from_step, .. } = &self.forced;
-        let steps = state.step - from_step;
+    /// The norm of a motion, which bounds what it adds to the driving forces.
+    fn norm(&self, Attempt { certificate, norms, motion, .. }: &mut Attempt<'_, 1>) -> f64 {
+        let plan = certificate.plan;
+        let (u, v) = motion.split_at(plan.blocks);
         let dt = plan.grid.step_s();
-        let (u, v) = self.residue.split_at(blocks);
-        let (new_u, new_v) = self.composed.split_at(blocks);
-        let velocities: Vec<f64> = (0..blocks).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
-        let own_m = |n: usize| {
-            plan.elastic.damping_force_n(&velocities, n) - plan.block_mass_kg / dt * (new_v[n] - v[n])
-        };
-        let mut sums_m: Vec<f64> = (0..blocks).map(own_m).collect();
+        let w: Vec<f64> = v.iter().map(|v| dt * v).collect();
+        let mut held_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
+        held_n_per_m.iter_mut().zip(&plan.friction.springs_n_per_m).for_each(|(held, kt)| *held += kt);
+        let stiff = |n: usize| held_n_per_m[n] * u[n] - plan.elastic.spring_force_n(u, n);
+        let mut stiff: Vec<f64> = (0..plan.blocks).map(stiff).collect();
         for bond in &plan.end_bonds {
-            bond.add(-bond.damping_kg_per_s * bond.stretch(&velocities), &mut sums_m);
+            bond.add(bond.stiffness_n_per_m * bond.stretch(u), &mut stiff);
         }
-        self.stiffness.solve(&mut sums_m);
-        // Where nothing else is lost, it follows from the balance.
-        if let (Basis::Stored(modes), Radiated::Apart) = (&self.basis, Radiated::of(plan, &self.chain)) {
-            let growth = self.powers.growth(steps);
-            let forced_m_per_s = &self.loading.velocity_m_per_s;
-            for bond in plan.end_bonds.iter().filter(|bond| bond.radiates) {
-                let n = bond.block;
-                let forced = forced_m_per_s[n];
-                // Of the velocities before each step, and after it.
-                let sums = 2.0 * (new_u[n] - u[n]) / dt + (v[n] - new_v[n]);
-                let products = modes.products(&self.coordinates, &growth, n);
-                let squares = forced * (steps as f64 * forced + sums) + products;
-                state.energy.radiated_j.add(bond.damping_kg_per_s * dt * squares);
-            }
-        }
-        let count = steps as f64;
-        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + sums_m[n];
-        accounts.add_drive(plan, state, *from_step, steps, sum_m, |n| position_m[n] + u[n]);
+        let mut damped = vec![0.0; plan.blocks];
+        add_damping(plan, &w, &mut damped);
+        damped.iter_mut().for_each(|damped| *damped = -*damped);
+        let norm = invariant((plan.block_mass_kg, dt), [u, &w], [&stiff, &damped]).sqrt();
+        certificate.swing.drive_n = norms.drive * norm;
+        norm
+    }
+}
+
+impl Stuck<1> for StuckChain<Arc<Modes>> {
+    fn solve(&self, force: &mut [f64], _: &Stop<'_>) -> bool {
+        self.stiffness.solve(force);
+        true
     }
 
-    /// Without modes of at most the size `least`.
-    fn compose(&mut self, into: u64, coordinates: &Coordinates, least: f64, state: &mut SliderState) {
-        match &mut self.basis {
-            Basis::Stored(modes) => modes.compose(coordinates, least, &mut self.composed),
-            Basis::Waves(waves) => waves.compose(coordinates, least, &mut self.composed),
+    fn project(&mut self, attempt: &mut Attempt<'_, 1>) -> Result<f64, u64> {
+        attempt.cost_steps = self.modes_steps;
+        self.coordinates = self.modes.project(attempt.motion);
+        self.modes.bound(&self.coordinates, &mut attempt.certificate.swing.force_n);
+        Ok(self.modes.missed() * self.norm(attempt))
+    }
+
+    fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
+        self.modes.compose(&self.modes.powers.grown(&self.coordinates, into), least, motion);
+    }
+
+    /// What absorbing ends radiate, unless it follows from the balance: where nothing else is lost.
+    fn add_energies(
+        &self,
+        plan: &Plan,
+        forced: &Forced,
+        [from, to]: [&[f64]; 2],
+        _: f64,
+        state: &mut SliderState,
+    ) {
+        if Radiated::of(plan, &self.chain) != Radiated::Apart {
+            return;
         }
-        let (u, v) = self.composed.split_at(state.displacement_m.len());
-        let forced_m_per_s = &self.loading.velocity_m_per_s;
-        for (n, velocity_m_per_s) in state.velocity_m_per_s.iter_mut().enumerate() {
-            *velocity_m_per_s = forced_m_per_s[n] + v[n];
+        let (steps, dt) = (state.step - forced.from_step, plan.grid.step_s());
+        let growth = self.modes.powers.growth(steps);
+        for bond in plan.end_bonds.iter().filter(|bond| bond.radiates) {
+            let n = bond.block;
+            let steady = forced.velocity_m_per_s(n);
+            // Of the velocities before each step, and after it.
+            let sums = 2.0 * (to[n] - from[n]) / dt + (from[plan.blocks + n] - to[plan.blocks + n]);
+            let products = self.modes.products(&self.coordinates, &growth, n);
+            let squares = steady * (steps as f64 * steady + sums) + products;
+            state.energy.radiated_j.add(bond.damping_kg_per_s * dt * squares);
         }
-        self.forced.write(into, u, state);
+    }
+}
+
+impl Stuck<1> for StuckChain<StandingWaves> {
+    fn solve(&self, force: &mut [f64], _: &Stop<'_>) -> bool {
+        self.stiffness.solve(force);
+        true
+    }
+
+    fn project(&mut self, attempt: &mut Attempt<'_, 1>) -> Result<f64, u64> {
+        let Attempt { certificate, motion, scales, .. } = attempt;
+        let blocks = certificate.plan.blocks;
+        attempt.cost_steps = self.modes_steps;
+        self.coordinates = self.modes.project(motion);
+        let mut is_calm = |[of_first, of_others]: [f64; 2]| {
+            certificate.swing.force_n.fill(of_others);
+            certificate.swing.force_n[0] = of_first;
+            certificate.at_once() >= SHORTEST_WITH_WAVES
+        };
+        if !is_calm(self.modes.bound(&self.coordinates)) {
+            let (steps, asked) = self.modes.calm_after(&self.coordinates, is_calm);
+            attempt.cost_steps += cost::CALM_STEPS * asked;
+            return Err(steps);
+        }
+        let mut composed = vec![0.0; motion.len()];
+        self.modes.compose(&self.coordinates, f64::NEG_INFINITY, &mut composed);
+        attempt.cost_steps += self.modes_steps;
+        let mut missed = [0.0f64; 2];
+        for (n, (composed, exact)) in composed.iter().zip(*motion).enumerate() {
+            let most = &mut missed[n / blocks];
+            *most = most.max((composed - exact).abs());
+        }
+        let defect = DEFECT_PER_BLOCK * blocks as f64;
+        let are_there =
+            missed.iter().zip(scales).zip(motion.chunks(blocks)).all(|((missed, scale), motion)| {
+                *missed <= MISSED_OF_STATE * *scale + defect * kernels::largest(motion)
+            });
+        if !are_there {
+            return Err(PATIENCE_WITH_WAVES_STEPS);
+        }
+        self.norm(attempt);
+        Ok(attempt.norms.at_most(blocks, missed[0], missed[1]))
+    }
+
+    fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
+        self.modes.compose(&self.modes.powers.grown(&self.coordinates, into), least, motion);
     }
 }

@@ -11,24 +11,22 @@
 //! state has an odd part at all, to the bit; where drive and contacts are mirror images of themselves, it never
 //! has.
 //!
-//! How long a jump may be: [`super::certificate`]. Its energies: [`account`].
-
-mod account;
+//! **Energies.** The work of the scheme is a difference of a potential, and the viscous loss is the remainder of the
+//! balance.
 
 use std::sync::{Arc, OnceLock};
 
-use asperity_model::{Ledger, Plan, SliderState};
+use asperity_model::{Plan, SliderState};
 
-use crate::kernels;
-use crate::leap::jump::Forced;
-use crate::leap::jump::certificate::{Certificate, Part};
-use crate::leap::jump::lattice::account::Energies;
-use crate::leap::norms::{Norms, ROUNDING, invariant_of_products};
+use crate::energy::lattice_energy::stored_j;
+use crate::kernels::{self, product};
+use crate::leap::jump::certificate::Part;
+use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, WITHOUT_MODES_STEPS};
+use crate::leap::norms::{ROUNDING, invariant};
 use crate::modes::Coordinates;
 use crate::modes::complex::{Complex, Functions};
-use crate::modes::slow_modes::{ClassModes, Motions, SlowModes, StuckLattice, top_loads};
+use crate::modes::slow_modes::{ClassModes, StuckLattice};
 use crate::records::stop::Stop;
-use crate::step::strength::static_coefficient;
 
 /// Below this many steps a jump is not worth it.
 const SHORTEST: u64 = 256;
@@ -36,17 +34,15 @@ const SHORTEST: u64 = 256;
 /// Steps after which it may be worth trying again.
 const PATIENCE_STEPS: u64 = 256;
 
-/// Steps after which it is tried again where the modes cannot be found.
-const WITHOUT_MODES_STEPS: u64 = 1 << 40;
-
 /// Decay of the residue over that of the slowest mode that it has, as the next attempt assumes: of a slab, and over
 /// an area, where the modes that are found are those that decay last.
 const DECAY: [f64; 2] = [0.75, 1.0];
 
-/// Costs in single steps: of the forced part, besides the nodes along the shorter side, and of projecting
-/// a state on one mode.
+/// Costs in single steps: of the forced part, besides the nodes along the shorter side, of projecting
+/// a state on one mode, and of composing one.
 const STEPS_OF_FORCED: u64 = 10;
 const STEPS_OF_MODE: u64 = 2;
+const STEPS_OF_STATE: u64 = 32;
 
 /// Limit on the residue of a jump, and on the error of its modes, as a share of the mean
 /// threshold: the reserve for rounding.
@@ -58,234 +54,137 @@ const NOISE: f64 = 8.0 * f64::EPSILON;
 /// How often a state is projected on the modes.
 const ROUNDS: usize = 2;
 
-/// Modes below this share of the largest displacement do not affect a sample.
-const NEGLIGIBLE: f64 = 1e-17;
-
 /// How long the next attempt waits for fast modes to decay: at least, and where they decay too slowly for a forecast.
 const LEAST_WAIT_STEPS: u64 = PATIENCE_STEPS / 4;
 const LONGEST_FORECAST_STEPS: f64 = (1 << 20) as f64;
 const WAIT_BEYOND_FORECAST_STEPS: u64 = 1 << 12;
 
-/// The stuck lattice with its slow modes, and the jump that is open. Contacts have `D` tangential freedoms.
+/// Largest number of orders for the work of the scheme, and the share of it that is negligible.
+const MOST_ORDERS: usize = 12;
+const NEGLIGIBLE_WORK: f64 = 1e-13;
+
+/// The stuck lattice with its slow modes.
 #[derive(Debug)]
-pub(crate) struct LatticeJump<const D: usize> {
+struct SlowLattice<const D: usize> {
     stuck: StuckLattice,
-    norms: Norms,
-    /// `M^-1` times the change of the forces in a step due to a moving drive, and due to a load that grows
-    /// by its initial value.
-    by_drive_m: Vec<f64>,
-    by_load_m: Vec<f64>,
     /// The modes of each class of motions, found when a state first has such a motion.
     modes: Vec<OnceLock<Option<Arc<ClassModes<D>>>>>,
     /// Steps of Arnoldi's iteration for each.
     iterations: usize,
-    forced: Forced,
     parts: Vec<Part<D>>,
-    /// Cost of the last attempt, including landing, in single steps.
-    pub(crate) cost_steps: u64,
-    /// Static coefficients at its start.
-    coefficients: Vec<f64>,
-    /// The ledger at its start, and energies of the state there.
-    start: (Ledger, Energies),
+    /// [`SlowLattice::potentials_j`] of the state where the jump begins.
+    start_j: [f64; 2],
 }
 
-impl<const D: usize> LatticeJump<D> {
-    /// `None` if the stiffness cannot be solved with, there are no slow modes, or the stop comes.
-    pub(crate) fn of(
-        plan: &Plan,
-        stuck: StuckLattice,
-        iterations: usize,
-        stop: &Stop<'_>,
-    ) -> Option<LatticeJump<D>> {
-        let lattice = stuck.lattice;
-        let mut by_drive_m = vec![0.0; stuck.freedoms()];
-        let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
-        for spring in &plan.drive.springs {
-            by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
-        }
-        let mut by_load_m = vec![0.0; stuck.freedoms()];
-        for (freedom, load_n) in top_loads(plan, &lattice) {
-            by_load_m[freedom] = -load_n;
-        }
-        let are_solved = stuck.solve(&mut by_drive_m, stop) && stuck.solve(&mut by_load_m, stop);
-        let jump = are_solved.then(|| LatticeJump {
-            norms: Norms::of(plan),
-            by_drive_m,
-            by_load_m,
-            modes: stuck.classes().iter().map(|_| OnceLock::new()).collect(),
-            iterations,
-            forced: Forced::of_nodes(lattice.nodes(), lattice.axes()),
-            parts: Vec::new(),
-            cost_steps: 0,
-            coefficients: Vec::new(),
-            start: Default::default(),
-            stuck,
-        })?;
-        jump.modes(plan, 0, stop).is_some().then_some(jump)
+/// The jumps of a lattice; `None` if its stiffness cannot be solved with, there are no slow modes, or the stop comes.
+pub(crate) fn jump<const D: usize>(plan: &Plan, iterations: usize, stop: &Stop<'_>) -> Option<Jump<D>> {
+    let lattice = plan.elastic;
+    let stuck = StuckLattice::of(plan, lattice, stop)?;
+    let modes = stuck.classes().iter().map(|_| OnceLock::new()).collect();
+    let slow = SlowLattice { stuck, modes, iterations, parts: Vec::new(), start_j: [0.0; 2] };
+    slow.modes(plan, 0, stop)?;
+    let limits = Limits {
+        shortest_steps: SHORTEST,
+        refused_steps: PATIENCE_STEPS,
+        forced_steps: STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64,
+        composed_steps: STEPS_OF_STATE,
+    };
+    Some(Jump::of(plan, Box::new(slow), limits))
+}
+
+impl<const D: usize> Stuck<D> for SlowLattice<D> {
+    fn solve(&self, force: &mut [f64], stop: &Stop<'_>) -> bool {
+        self.stuck.solve(force, stop)
     }
 
+    fn project(&mut self, attempt: &mut Attempt<'_, D>) -> Result<f64, u64> {
+        let Attempt { norms, motion, stop, .. } = *attempt;
+        let plan = attempt.certificate.plan;
+        let (u, v) = motion.split_at(self.stuck.freedoms());
+        self.parts.clear();
+        for (class, motions) in self.stuck.classes().iter().enumerate() {
+            if class > 0 && motions.has_no_component(u) && motions.has_no_component(v) {
+                continue;
+            }
+            let modes = self.modes(plan, class, stop).ok_or(WITHOUT_MODES_STEPS)?;
+            let count = modes.slow.rates.len();
+            attempt.cost_steps += STEPS_OF_MODE * count as u64;
+            self.parts.push(Part { modes, coordinates: Coordinates::zero(count) });
+        }
+        let left_out = self.take_coordinates(u.to_vec(), v.iter().map(|v| self.stuck.step_s * v).collect());
+        let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
+        let noise = norms.at_most(self.stuck.freedoms(), NOISE * attempt.scales[0], 0.0);
+        let enough = MISSED * mean_n / norms.force + noise;
+        let most_steps = &mut attempt.most_steps;
+        let mut defect = self.defect(0, *most_steps);
+        // The swing of a sheet hardly decays, and its error grows with the length of the jump.
+        while plan.elastic.first_normal().is_none() && defect > enough && *most_steps > SHORTEST {
+            *most_steps /= 2;
+            defect = self.defect(0, *most_steps);
+        }
+        let excess = left_out.max(defect) / enough;
+        if excess <= 1.0 {
+            attempt.certificate.parts.clone_from(&self.parts);
+            return Ok(left_out + defect);
+        }
+        // Steps until the modes that are not used have decayed to that level.
+        let rates = self.parts.iter().map(|part| part.modes.slow.next_falls_by);
+        let rate = DECAY[D - 1] * rates.fold(f64::INFINITY, f64::min);
+        let steps = if D == 1 || left_out > enough { libm::log(excess) / rate } else { 0.0 };
+        let mut steps = match steps < LONGEST_FORECAST_STEPS {
+            true => (steps as u64).max(LEAST_WAIT_STEPS),
+            false => WAIT_BEYOND_FORECAST_STEPS,
+        };
+        // Hardly more than the most, until the error of the modes is small enough: it falls as they do.
+        while D > 1 && steps < *most_steps && self.defect(steps, *most_steps) > enough {
+            steps += steps / 8;
+        }
+        Err(steps)
+    }
+
+    /// Only modes behind the last one that is larger are left out.
+    fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
+        motion.fill(0.0);
+        let (u, w) = motion.split_at_mut(self.stuck.freedoms());
+        for part in &self.parts {
+            let coordinates = part.grown(into);
+            let modes = coordinates.count_above(least);
+            part.modes.slow.add(&self.stuck, &coordinates, modes, u, w);
+        }
+        w.iter_mut().for_each(|w| *w /= self.stuck.step_s);
+    }
+
+    fn begin_energies(&mut self, plan: &Plan, forced: &Forced, motion: &[f64], state: &SliderState) {
+        self.start_j = self.potentials_j(plan, forced, motion, state);
+    }
+
+    fn add_energies(
+        &self,
+        plan: &Plan,
+        forced: &Forced,
+        [_, motion]: [&[f64]; 2],
+        work_j: f64,
+        state: &mut SliderState,
+    ) {
+        let [lost_j, scheme_j] = self.potentials_j(plan, forced, motion, state);
+        // Without dampers the rest is rounding.
+        if plan.elastic.damping_kg_per_s > 0.0 {
+            state.energy.viscous_loss_j.add(work_j + (lost_j - self.start_j[0]));
+        }
+        state.energy.scheme_work_j.add(scheme_j - self.start_j[1]);
+    }
+}
+
+impl<const D: usize> SlowLattice<D> {
     /// The modes of a class of motions; `None` if it has no slow modes, or the stop comes.
     fn modes(&self, plan: &Plan, class: usize, stop: &Stop<'_>) -> Option<Arc<ClassModes<D>>> {
         let find = || ClassModes::of(plan, &self.stuck, class, self.iterations, stop).map(Arc::new);
         stop.get_or_find(&self.modes[class], find).cloned()
     }
 
-    /// Decomposes a state in which every contact sticks, and returns the number of steps that is certified; if none
-    /// is, the number after which the next attempt is due. Without meaning once the stop has come.
-    pub(crate) fn open(
-        &mut self,
-        plan: &Plan,
-        state: &SliderState,
-        most_steps: u64,
-        stop: &Stop<'_>,
-    ) -> Result<u64, u64> {
-        let refused = Err(PATIENCE_STEPS);
-        let lattice = self.stuck.lattice;
-        let are_lifted = lattice.first_normal().is_some_and(|normal| {
-            state.displacement_m[normal..][..plan.blocks].iter().any(|rise_m| *rise_m >= 0.0)
-        });
-        self.cost_steps = 0;
-        if most_steps < SHORTEST || are_lifted {
-            return refused;
-        }
-        self.cost_steps = STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64;
-        self.forced.begin(plan, state);
-        self.coefficients.clear();
-        self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
-        self.parts.clear();
-        if !self.find_forced(plan, state, stop) {
-            return Err(WITHOUT_MODES_STEPS);
-        }
-        // If the forced part alone rules out the jump, the modes need not be checked.
-        if self.certificate(plan, state, [0.0; 3]).of_forced() < SHORTEST {
-            return refused;
-        }
-        let (u_scale, v_scale) =
-            (kernels::largest(&state.displacement_m), kernels::largest(&state.velocity_m_per_s));
-        let arrays = [&state.displacement_m, &state.velocity_m_per_s, &self.forced.position_m];
-        let has_component = |motions: &Motions| !arrays.iter().all(|all| motions.has_no_component(all));
-        for (class, motions) in self.stuck.classes().iter().enumerate() {
-            if class > 0 && !has_component(motions) {
-                continue;
-            }
-            let Some(modes) = self.modes(plan, class, stop) else {
-                return Err(WITHOUT_MODES_STEPS);
-            };
-            let count = modes.slow.rates.len();
-            self.cost_steps += STEPS_OF_MODE * count as u64;
-            self.parts.push(Part { modes, coordinates: Coordinates::zero(count) });
-        }
-        let left_out = self.project(state);
-        let norms = self.norms;
-        let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
-        let enough =
-            MISSED * mean_n / norms.force + norms.at_most(self.stuck.freedoms(), NOISE * u_scale, 0.0);
-        let defect_over = |steps: u64| {
-            let parts = self.parts.iter();
-            parts.map(|part| defect(&part.modes.slow, &part.coordinates, steps)).sum::<f64>()
-        };
-        let (mut most_steps, mut defect) = (most_steps, defect_over(most_steps));
-        // The swing of a sheet hardly decays, and its error grows with the length of the jump.
-        while lattice.first_normal().is_none() && defect > enough && most_steps > SHORTEST {
-            most_steps /= 2;
-            defect = defect_over(most_steps);
-        }
-        let excess = left_out.max(defect) / enough;
-        if excess > 1.0 {
-            // Steps until the modes that are not used have decayed to that level.
-            let rates = self.parts.iter().map(|part| part.modes.slow.next_falls_by);
-            let rate = DECAY[D - 1] * rates.fold(f64::INFINITY, f64::min);
-            let steps = if D == 1 || left_out > enough { libm::log(excess) / rate } else { 0.0 };
-            let steps = match steps < LONGEST_FORECAST_STEPS {
-                true => (steps as u64).max(LEAST_WAIT_STEPS),
-                false => WAIT_BEYOND_FORECAST_STEPS,
-            };
-            return Err(if D == 1 { steps } else { self.until_exact(most_steps, enough, steps) });
-        }
-        let missed = left_out + defect;
-        let reach_m = u_scale + kernels::largest(&self.forced.advance_m) * most_steps as f64;
-        let rounding_n = norms.force_rounding(reach_m, v_scale);
-        let reserves = [
-            norms.force * missed + rounding_n * (D as f64).sqrt(),
-            norms.load * missed + rounding_n,
-            norms.drive * missed + rounding_n * plan.drive.springs.len() as f64,
-        ];
-        let steps = self.certificate(plan, state, reserves).longest(most_steps);
-        if steps < SHORTEST {
-            return refused;
-        }
-        self.start = (state.energy, self.energies(plan, state, 0));
-        Ok(steps)
-    }
-
-    /// Steps, at least as many as given and hardly more than the most, until the error of the modes over the most
-    /// steps is small enough: it falls as they do.
-    fn until_exact(&self, most_steps: u64, enough: f64, least_steps: u64) -> u64 {
-        let defect_after = |steps: u64| {
-            let parts = self.parts.iter();
-            parts.map(|part| defect(&part.modes.slow, &part.grown(steps), most_steps)).sum::<f64>()
-        };
-        let mut steps = least_steps;
-        while steps < most_steps && defect_after(steps) > enough {
-            steps += steps / 8;
-        }
-        steps
-    }
-
-    fn certificate<'a>(
-        &'a self,
-        plan: &'a Plan,
-        state: &'a SliderState,
-        reserves: [f64; 3],
-    ) -> Certificate<'a, D> {
-        Certificate {
-            plan,
-            state,
-            lattice: self.stuck.lattice,
-            forced: &self.forced,
-            parts: &self.parts,
-            coefficients: &self.coefficients,
-            reserves,
-        }
-    }
-
-    /// `a` and `b`; `false` if the stiffness cannot be solved with.
-    fn find_forced(&mut self, plan: &Plan, state: &SliderState, stop: &Stop<'_>) -> bool {
-        let LatticeJump { stuck, by_drive_m, by_load_m, forced, .. } = self;
-        let Forced { position_m, advance_m, moves, ramp, nodes, .. } = forced;
-        let (drives, loads) = (f64::from(u8::from(*moves)), ramp.change_n(1.0));
-        for ((b, drive), load) in advance_m.iter_mut().zip(&*by_drive_m).zip(&*by_load_m) {
-            *b = drives * drive + loads * load;
-        }
-        let [_, damped] = stuck.products(advance_m, advance_m);
-        for (a, damped) in position_m.iter_mut().zip(damped) {
-            *a = -damped / stuck.step_s;
-        }
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let along = position_m.chunks_exact_mut(*nodes).zip(state.stick_position_m.chunks_exact(plan.blocks));
-        for (position_m, anchors_m) in along {
-            for (a, anchor_m) in position_m.iter_mut().zip(anchors_m) {
-                *a += kt * anchor_m;
-            }
-        }
-        let point_m = plan.outside(state.step + 1, state.hold_step).point_m;
-        for spring in &plan.drive.springs {
-            position_m[spring.block] += spring.force_n(point_m, 0.0);
-        }
-        for (freedom, load_n) in top_loads(plan, &stuck.lattice) {
-            position_m[freedom] -= ramp.load.scaled_n(load_n);
-        }
-        stuck.solve(position_m, stop)
-    }
-
-    /// Computes the coordinates of the free part; returns the norm of the residue.
-    fn project(&mut self, state: &SliderState) -> f64 {
-        let LatticeJump { stuck, forced, parts, .. } = self;
-        let free = |of: &[f64], forced: &[f64], unit: f64| -> Vec<f64> {
-            of.iter().zip(forced).map(|(of, forced)| unit * of - forced).collect()
-        };
-        let mut u = free(&state.displacement_m, &forced.position_m, 1.0);
-        let mut w = free(&state.velocity_m_per_s, &forced.advance_m, stuck.step_s);
+    /// Adds to the coordinates those of a motion, `u` and `w = dt v`; returns the norm of the residue.
+    fn take_coordinates(&mut self, mut u: Vec<f64>, mut w: Vec<f64>) -> f64 {
+        let SlowLattice { stuck, parts, .. } = self;
         // Slightly inaccurate modes mix slightly: a second pass removes what remains of them.
         for _ in 0..ROUNDS {
             let before: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
@@ -304,42 +203,59 @@ impl<const D: usize> LatticeJump<D> {
             }
         }
         let [stiff, damped] = stuck.products(&u, &w);
-        invariant_of_products((stuck.mass_kg, stuck.step_s), [&u, &w], [&stiff, &damped]).sqrt()
+        invariant((stuck.mass_kg, stuck.step_s), [&u, &w], [&stiff, &damped]).sqrt()
     }
 
-    /// Writes the state after `into` steps of the jump, without forces.
-    pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
-        self.compose(into, f64::NEG_INFINITY, state);
+    /// The error of the modes, summed over a jump of `steps` steps that begins `after` steps.
+    fn defect(&self, after: u64, steps: u64) -> f64 {
+        let of_part = |part: &Part<D>| {
+            let sizes = part.grown(after).sizes().into_iter();
+            let modes = sizes.zip(&part.modes.slow.defects).zip(&part.modes.slow.rates);
+            let defects = modes.map(|((size, defect), s)| {
+                let falls_by = 1.0 - (Complex::ONE + *s).size();
+                size * defect * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
+            });
+            defects.sum::<f64>()
+        };
+        self.parts.iter().map(of_part).sum()
     }
 
-    /// Writes the state for a sample, without modes that change nothing.
-    pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        let least = NEGLIGIBLE * kernels::largest(&self.forced.position_m);
-        self.compose(into, least, state);
-    }
-
-    /// Without the modes no larger than `least` behind the last that is.
-    fn compose(&mut self, into: u64, least: f64, state: &mut SliderState) {
-        let LatticeJump { stuck, forced, parts, .. } = self;
-        let (mut u, mut w) = (vec![0.0; stuck.freedoms()], forced.advance_m.clone());
-        for part in parts {
-            let coordinates = part.grown(into);
-            let modes = coordinates.count_above(least);
-            part.modes.slow.add(stuck, &coordinates, modes, &mut u, &mut w);
+    /// Two functions of a state: the differences of the first are what drive and load lose to dampers, less their work;
+    /// those of the second the work of the scheme that a ledger counts, as [`crate::energy`] derives it for any
+    /// stiffness and damping. The outer forces are those of the forced part, so that only the free motion pulls:
+    /// `m D v = -dt (M r_u + C r_v)`.
+    fn potentials_j(&self, plan: &Plan, forced: &Forced, motion: &[f64], state: &SliderState) -> [f64; 2] {
+        let (dt, mass) = (self.stuck.step_s, self.stuck.mass_kg);
+        let (u, v, steady_n) = (&state.displacement_m, &state.velocity_m_per_s, &forced.rate_n);
+        let (mut pulls, mut damping) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        kernels::lattice_pull(&mut pulls, &mut damping, u, v, &plan.elastic);
+        let difference = |[stiff, damped]: [Vec<f64>; 2], steady: f64| -> Vec<f64> {
+            let forces = stiff.iter().zip(&damped).zip(steady_n);
+            forces.map(|((stiff, damped), g)| dt / mass * (steady * g - (stiff + damped))).collect()
+        };
+        let (free_u, free_v) = motion.split_at(u.len());
+        let mut dv = difference(self.stuck.products(free_u, free_v), 0.0);
+        let mut du: Vec<f64> = v.iter().zip(&dv).map(|(v, dv)| dt * (v + dv)).collect();
+        let loss = -product(&damping, v);
+        let mut scheme_j = -0.5 * mass * product(v, &dv) - 0.25 * dt * loss + 0.5 * product(steady_n, u);
+        let (mut share, mut steady) = (0.25, 1.0);
+        for _ in 0..MOST_ORDERS {
+            let [stiff, damped] = self.stuck.products(&du, &dv);
+            let (strain_j, loss) = (0.5 * product(&du, &stiff), product(&dv, &damped));
+            let next = difference([stiff, damped], steady);
+            let kinetic_j = 0.5 * mass * (product(&dv, &dv) + product(&dv, &next));
+            let part = share * (steady * product(steady_n, &du) - kinetic_j - strain_j - 0.75 * dt * loss);
+            scheme_j -= part;
+            if part.abs() <= NEGLIGIBLE_WORK * scheme_j.abs() {
+                break;
+            }
+            (share, steady) = (0.25 * share, 0.0);
+            for ((du, dv), next) in du.iter_mut().zip(&dv).zip(&next) {
+                *du = dt * (dv + next);
+            }
+            dv = next;
         }
-        for (velocity_m_per_s, w) in state.velocity_m_per_s.iter_mut().zip(w) {
-            *velocity_m_per_s = w / stuck.step_s;
-        }
-        forced.write(into, &u, state);
+        let (kinetic_j, elastic_j) = stored_j(plan, &plan.elastic, state);
+        [scheme_j - (kinetic_j + elastic_j), scheme_j + 0.5 * dt * product(&pulls, v)]
     }
-}
-
-/// The error of modes with these coordinates, summed over a number of steps.
-fn defect(modes: &SlowModes, coordinates: &Coordinates, steps: u64) -> f64 {
-    let parts = coordinates.sizes().into_iter().zip(&modes.defects).zip(&modes.rates);
-    let parts = parts.map(|((size, defect), s)| {
-        let falls_by = 1.0 - (Complex::ONE + *s).size();
-        size * defect * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
-    });
-    parts.sum()
 }

@@ -2,8 +2,8 @@
 
 use std::array;
 
+use asperity_model::Plan;
 use asperity_model::law::magnitude;
-use asperity_model::{Lattice, Plan};
 
 use crate::modes::complex::{Complex, Functions};
 use crate::modes::slow_modes::arnoldi::SlowModes;
@@ -20,16 +20,15 @@ pub(crate) struct ClassModes<const D: usize> {
     /// The most that these come to: the magnitude of a vector is at most that of the sizes of its components.
     pub(crate) most_force_n: Vec<f64>,
     pub(crate) most_load_n: Vec<f64>,
-    /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
+    /// The sum of the driving forces by each mode.
     pub(crate) drive_n: Vec<Complex>,
-    pub(crate) load_work_j: Vec<Complex>,
 }
 
 /// The nodes of the top row that a load presses on, as their freedoms along the normal, with the load at the
 /// start.
-pub(crate) fn top_loads<'a>(plan: &'a Plan, lattice: &Lattice) -> impl Iterator<Item = (usize, f64)> + 'a {
-    let normal = lattice.first_normal().unwrap_or(0);
-    lattice.top_row().zip(&plan.top_load_n).map(move |(node, load_n)| (normal + node, *load_n))
+pub(crate) fn top_loads(plan: &Plan) -> impl Iterator<Item = (usize, f64)> {
+    let normal = plan.elastic.first_normal().unwrap_or(0);
+    plan.elastic.top_row().zip(&plan.top_load_n).map(move |(node, load_n)| (normal + node, *load_n))
 }
 
 impl<const D: usize> ClassModes<D> {
@@ -45,8 +44,7 @@ impl<const D: usize> ClassModes<D> {
         let (nodes, contacts) = (stuck.lattice.nodes(), plan.blocks);
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
-        let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
-        let (mut drive_n, mut load_work_j) = (Vec::new(), Vec::new());
+        let (mut force_n, mut load_n, mut drive_n) = (Vec::new(), Vec::new(), Vec::new());
         for (mode, &s) in slow.rates.iter().enumerate() {
             let weight = slow.weights[mode];
             let [re, im] = slow.shape(stuck, mode);
@@ -63,10 +61,6 @@ impl<const D: usize> ClassModes<D> {
             drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
                 sum + shape(spring.block) * (-weight * spring.stiffness_n_per_m)
             }));
-            load_work_j.push(
-                top_loads(plan, &stuck.lattice)
-                    .fold(Complex::ZERO, |sum, (freedom, load_n)| sum + shape(freedom) * (weight * load_n)),
-            );
         }
         let most = |force_n: &[Complex; D]| magnitude(force_n.map(|part| part.size()));
         Some(ClassModes {
@@ -76,7 +70,6 @@ impl<const D: usize> ClassModes<D> {
             force_n,
             load_n,
             drive_n,
-            load_work_j,
         })
     }
 }

@@ -305,7 +305,7 @@ mod tests {
             for spring in &plan.drive.springs {
                 force[spring.block] -= spring.stiffness_n_per_m * spring.rest_m;
             }
-            for (freedom, load_n) in top_loads(&plan, &stuck.lattice) {
+            for (freedom, load_n) in top_loads(&plan) {
                 force[freedom] += load_n;
             }
             assert!(force.iter().all(|force| force.abs() < 1e-9), "{force:?}");

@@ -145,11 +145,10 @@ impl<const D: usize> Jump<D> {
         let are_lifted = plan.elastic.first_normal().is_some_and(|normal| {
             state.displacement_m[normal..][..plan.blocks].iter().any(|rise_m| *rise_m >= 0.0)
         });
-        self.cost_steps = 0;
+        self.cost_steps = limits.forced_steps;
         if most_steps < limits.shortest_steps || are_lifted {
             return refused;
         }
-        self.cost_steps = limits.forced_steps;
         if !forced.begin(plan, state, &**stuck, stop) {
             return Err(WITHOUT_MODES_STEPS);
         }

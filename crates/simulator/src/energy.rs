@@ -44,12 +44,12 @@ pub(crate) mod lattice_energy;
 
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::absorbing_kg_per_s;
+use asperity_model::plan::load::Ramp;
 use asperity_model::{Ledger, Plan, SliderState, Span};
 use asperity_record::Energy;
 
 use crate::kernels::{self, Changing, Forms, Held, StepWork};
 use crate::leap::cost::span_steps;
-use crate::step::strength::Ramp;
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
 const NEGLIGIBLE: f64 = 1e-10;

@@ -4,9 +4,10 @@
 //! Oscillations around the linear part, and reserves for rounding, are subtracted from the margin first.
 
 use asperity_model::law::magnitude;
+use asperity_model::plan::load::{Load, Ramp};
 
 use crate::leap::norms::ROUNDING;
-use crate::step::strength::{Load, Ramp, StopForce};
+use crate::step::strength::StopForce;
 
 /// Steps until the first of some forces may meet its limit.
 #[derive(Debug, Clone, Copy)]

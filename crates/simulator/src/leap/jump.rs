@@ -26,6 +26,7 @@ pub(crate) mod lattice;
 
 use std::fmt::Debug;
 
+use asperity_model::plan::load::Ramp;
 use asperity_model::plan::outside::Outside;
 use asperity_model::{Plan, SliderState};
 
@@ -36,7 +37,7 @@ use crate::leap::jump::certificate::Certificate;
 use crate::leap::norms::Norms;
 use crate::modes::slow_modes::top_loads;
 use crate::records::stop::Stop;
-use crate::step::strength::{Ramp, StopForce};
+use crate::step::strength::StopForce;
 
 /// Steps after which a jump is tried again where the stiffness cannot be solved with, or the modes cannot be found.
 const WITHOUT_MODES_STEPS: u64 = 1 << 40;

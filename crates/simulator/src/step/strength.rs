@@ -5,7 +5,7 @@
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
 use asperity_model::plan::Ageing;
-pub(crate) use asperity_model::plan::load::{Load, Ramp};
+use asperity_model::plan::load::{Load, Ramp};
 use asperity_model::{Plan, SliderState};
 
 /// The sum of the driving forces at which the drive point stops, proportional to the load.

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use asperity_model::body::elastic::Chain;
 use asperity_model::body::ends::EndBond;
+use asperity_model::plan::load::Ramp;
 use asperity_model::{Plan, SliderState};
 
 use crate::energy::{Radiated, hold_stuck};
@@ -23,7 +24,7 @@ use crate::kernels::{self, Held, TermChain, Terms};
 use crate::leap::chebyshev::{Chebyshev, MOST_TERMS};
 use crate::leap::window::rows::Rows;
 use crate::modes::operator_cache;
-use crate::step::strength::{Ramp, Strength};
+use crate::step::strength::Strength;
 
 /// Fewest terms of a window.
 const FEWEST_TERMS: usize = 4;

@@ -473,6 +473,35 @@ impl Powers {
     }
 }
 
+/// Coordinates at the start of a jump and later in it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Grown {
+    pub(crate) start: Coordinates,
+    /// After a number of steps, those at the last sample.
+    sampled: (u64, Coordinates),
+    /// How they grow over the last interval between samples; mostly these are equal.
+    interval: (u64, Coordinates),
+}
+
+impl Grown {
+    pub(crate) fn begin(&mut self, start: Coordinates) {
+        self.sampled = (0, start.clone());
+        self.start = start;
+    }
+
+    /// Those of a sample, `into` steps after the start; samples come in the order of time. Only samples advance from one
+    /// to the next, which rounds differently: the end of a jump must not depend on the records.
+    pub(crate) fn sample(&mut self, powers: &Powers, into: u64) -> &Coordinates {
+        let steps = into - self.sampled.0;
+        if self.interval.0 != steps || steps == 0 {
+            self.interval = (steps, powers.growth(steps));
+        }
+        self.sampled.0 = into;
+        self.sampled.1.grow_by(&self.interval.1);
+        &self.sampled.1
+    }
+}
+
 impl FromIterator<Complex> for Coordinates {
     fn from_iter<I: IntoIterator<Item = Complex>>(numbers: I) -> Coordinates {
         let (re, im) = numbers.into_iter().map(|z| (z.re, z.im)).unzip();

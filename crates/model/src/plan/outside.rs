@@ -97,13 +97,14 @@ impl Outside<'_> {
         let Outside { plan, step, hold_step, .. } = *self;
         let of_load = plan.load_course.next_knot(step, hold_step);
         let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
-        let of_loads = of_load.min(of_contacts);
-        if hold_step <= step {
-            return of_loads;
-        }
-        let course = plan.drive.course.as_ref();
-        let of_drive = course.map_or(u64::MAX, |course| course.next_knot(step, u64::MAX));
-        of_loads.min(of_drive).min(hold_step)
+        let stop = if hold_step > step { hold_step } else { u64::MAX };
+        of_load.min(of_contacts).min(self.drive_knot_step()).min(stop)
+    }
+
+    /// The next knot of the course of the drive; `u64::MAX` for none.
+    pub fn drive_knot_step(&self) -> u64 {
+        let course = self.plan.drive.course.as_ref().filter(|_| self.step < self.hold_step);
+        course.map_or(u64::MAX, |course| course.next_knot(self.step, u64::MAX))
     }
 
     /// The last step up to which the drive point keeps its velocity, and the load its rate.

@@ -251,9 +251,9 @@ impl<L: Leaps> Solver for Fast<L> {
             } else if self.pace.single_steps == 0 && !edge_ahead {
                 // Ends before drive or load change their course, before the next step in which a contact
                 // changes by itself, and before the last step.
+                let steady_step = next.steady_until_step().min(here.drive_knot_step());
                 let change_step = self.plan.friction.law.next_change_step(&state.memory);
-                let until_step =
-                    (self.plan.steps - 1).min(next.steady_until_step()).min(change_step.saturating_sub(1));
+                let until_step = (self.plan.steps - 1).min(steady_step).min(change_step.saturating_sub(1));
                 let most_steps = until_step.saturating_sub(state.step);
                 let (leaps, mut solver) = self.open(stop);
                 let opened = leaps.open(&mut solver, most_steps);

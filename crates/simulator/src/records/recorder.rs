@@ -340,9 +340,17 @@ fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
     })
 }
 
-/// Whether all values are finite, without a branch for each, so that compilers vectorise it.
+/// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN. In lanes, which compilers
+/// vectorise.
 fn are_finite(values: &[f64]) -> bool {
-    values.iter().fold(true, |all, value| all & value.is_finite())
+    let (groups, rest) = values.as_chunks::<8>();
+    let mut lanes = [0.0; 8];
+    for group in groups {
+        for (lane, value) in lanes.iter_mut().zip(group) {
+            *lane += value * 0.0;
+        }
+    }
+    lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
 }
 
 /// The error if a number of a step record is not finite although the state is. A number of the whole

@@ -23,7 +23,7 @@ use crate::leap::cost::{self, Costs, LONG_CHAIN};
 use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, add_damping};
 use crate::leap::norms::invariant;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
-use crate::modes::{Coordinates, Modes, operator_cache};
+use crate::modes::{Grown, Modes, operator_cache};
 use crate::records::stop::Stop;
 
 /// Below this many steps windows are cheaper than a jump with stored modes.
@@ -46,7 +46,7 @@ struct StuckChain<M> {
     chain: Chain,
     stiffness: Stiffness,
     modes: M,
-    coordinates: Coordinates,
+    grown: Grown,
     /// Cost of projecting a state onto the modes.
     modes_steps: u64,
 }
@@ -88,7 +88,7 @@ where
             chain: *chain,
             stiffness: Stiffness::of(plan, chain),
             modes,
-            coordinates: Coordinates::default(),
+            grown: Grown::default(),
             modes_steps: limits.composed_steps,
         };
         Jump::of(plan, Box::new(stuck), limits)
@@ -124,13 +124,17 @@ impl Stuck<1> for StuckChain<Arc<Modes>> {
 
     fn project(&mut self, attempt: &mut Attempt<'_, 1>) -> Result<f64, u64> {
         attempt.cost_steps = self.modes_steps;
-        self.coordinates = self.modes.project(attempt.motion);
-        self.modes.bound(&self.coordinates, &mut attempt.certificate.swing.force_n);
+        self.grown.begin(self.modes.project(attempt.motion));
+        self.modes.bound(&self.grown.start, &mut attempt.certificate.swing.force_n);
         Ok(self.modes.missed() * self.norm(attempt))
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
-        self.modes.compose(&self.modes.powers.grown(&self.coordinates, into), least, motion);
+        let StuckChain { modes, grown, .. } = self;
+        match least > f64::NEG_INFINITY {
+            true => modes.compose(grown.sample(&modes.powers, into), least, motion),
+            false => modes.compose(&modes.powers.grown(&grown.start, into), least, motion),
+        }
     }
 
     /// What absorbing ends radiate, unless it follows from the balance: where nothing else is lost.
@@ -152,7 +156,7 @@ impl Stuck<1> for StuckChain<Arc<Modes>> {
             let steady = forced.velocity_m_per_s(n);
             // Of the velocities before each step, and after it.
             let sums = 2.0 * (to[n] - from[n]) / dt + (from[plan.blocks + n] - to[plan.blocks + n]);
-            let products = self.modes.products(&self.coordinates, &growth, n);
+            let products = self.modes.products(&self.grown.start, &growth, n);
             let squares = steady * (steps as f64 * steady + sums) + products;
             state.energy.radiated_j.add(bond.damping_kg_per_s * dt * squares);
         }
@@ -169,19 +173,19 @@ impl Stuck<1> for StuckChain<StandingWaves> {
         let Attempt { certificate, motion, scales, .. } = attempt;
         let blocks = certificate.plan.blocks;
         attempt.cost_steps = self.modes_steps;
-        self.coordinates = self.modes.project(motion);
+        self.grown.begin(self.modes.project(motion));
         let mut is_calm = |[of_first, of_others]: [f64; 2]| {
             certificate.swing.force_n.fill(of_others);
             certificate.swing.force_n[0] = of_first;
             certificate.at_once() >= SHORTEST_WITH_WAVES
         };
-        if !is_calm(self.modes.bound(&self.coordinates)) {
-            let (steps, asked) = self.modes.calm_after(&self.coordinates, is_calm);
+        if !is_calm(self.modes.bound(&self.grown.start)) {
+            let (steps, asked) = self.modes.calm_after(&self.grown.start, is_calm);
             attempt.cost_steps += cost::CALM_STEPS * asked;
             return Err(steps);
         }
         let mut composed = vec![0.0; motion.len()];
-        self.modes.compose(&self.coordinates, f64::NEG_INFINITY, &mut composed);
+        self.modes.compose(&self.grown.start, f64::NEG_INFINITY, &mut composed);
         attempt.cost_steps += self.modes_steps;
         let mut missed = [0.0f64; 2];
         for (n, (composed, exact)) in composed.iter().zip(*motion).enumerate() {
@@ -201,6 +205,10 @@ impl Stuck<1> for StuckChain<StandingWaves> {
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
-        self.modes.compose(&self.modes.powers.grown(&self.coordinates, into), least, motion);
+        let StuckChain { modes, grown, .. } = self;
+        match least > f64::NEG_INFINITY {
+            true => modes.compose(grown.sample(&modes.powers, into), least, motion),
+            false => modes.compose(&modes.powers.grown(&grown.start, into), least, motion),
+        }
     }
 }

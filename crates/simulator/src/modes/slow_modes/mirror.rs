@@ -58,7 +58,8 @@ impl Motions {
 
     /// Whether their basis is that of the lattice's freedoms.
     pub(crate) fn are_all(&self) -> bool {
-        self.basis.iter().all(|(_, mirrored)| mirrored.is_none())
+        // The first lane is mirrored by the last.
+        self.basis.first().is_none_or(|(_, mirrored)| mirrored.is_none())
     }
 
     /// For each freedom of the lattice that has a part in them, the freedom of the basis, and the part.

@@ -192,6 +192,9 @@ impl StuckLattice {
     /// [`StuckLattice::products`] with the same vector, in the basis of a class.
     pub(crate) fn products_in(&self, class: usize, x: &[f64]) -> [Vec<f64>; 2] {
         let motions = &self.classes[class];
+        if motions.are_all() {
+            return self.products(x, x);
+        }
         let mut all = vec![0.0; self.freedoms()];
         motions.add(&mut all, x);
         self.products(&all, &all).map(|all| motions.component(&all))

@@ -451,12 +451,7 @@ impl Accounts {
             }
             kernels::first_difference(d_u, d_v, force_n, held);
             if rigid {
-                // Stuck contacts do not move by the laws without friction springs.
-                for (sigma, (d_u, d_v)) in held.sigma.iter().zip(d_u.iter_mut().zip(d_v)) {
-                    if *sigma == 0.0 {
-                        (*d_u, *d_v) = (0.0, 0.0);
-                    }
-                }
+                hold_stuck(held.sigma, [d_u, d_v]);
             }
         };
         kernels::pull(force_n, u, v, chain);

@@ -27,6 +27,7 @@ pub(crate) mod propagator;
 pub(crate) mod slow_modes;
 pub(crate) mod standing_waves;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use asperity_model::body::ends::EndBond;
@@ -489,16 +490,19 @@ impl Grown {
         self.start = start;
     }
 
-    /// Those of a sample, `into` steps after the start; samples come in the order of time. Only samples advance from one
-    /// to the next, which rounds differently: the end of a jump must not depend on the records.
-    pub(crate) fn sample(&mut self, powers: &Powers, into: u64) -> &Coordinates {
+    /// Those `into` steps after the start. Only samples, which come in the order of time, advance from one to the next,
+    /// which rounds differently: the end of a jump must not depend on the records.
+    pub(crate) fn at(&mut self, powers: &Powers, into: u64, is_sample: bool) -> Cow<'_, Coordinates> {
+        if !is_sample {
+            return Cow::Owned(powers.grown(&self.start, into));
+        }
         let steps = into - self.sampled.0;
         if self.interval.0 != steps || steps == 0 {
             self.interval = (steps, powers.growth(steps));
         }
         self.sampled.0 = into;
         self.sampled.1.grow_by(&self.interval.1);
-        &self.sampled.1
+        Cow::Borrowed(&self.sampled.1)
     }
 }
 

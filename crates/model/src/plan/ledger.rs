@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Totals up to the last step, J, except for parts that follow from the last states. While a span of
-/// steps is open (`energy.rs`), friction heat and scheme work are the totals at its start.
+/// steps is open (`crates/simulator/src/energy.rs`), friction heat and scheme work are the totals at its start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ledger {
@@ -22,7 +22,7 @@ pub struct Ledger {
     /// Work of the dashpots; 0 where it follows from the balance.
     pub viscous_loss_j: Sum,
     /// Energy added by the time step; for a lattice without the last part, which follows from its state
-    /// (`body/lattice.rs`).
+    /// (`crates/simulator/src/step/body/lattice.rs`).
     pub scheme_work_j: Sum,
     /// The open span.
     pub span: Option<Span>,

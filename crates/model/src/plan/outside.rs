@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::plan::Plan;
+use crate::plan::course::Course;
 use crate::plan::load::{Load, Ramp};
 
 /// The drive in one step.
@@ -67,8 +68,7 @@ impl Outside<'_> {
 
     /// The change of that velocity in each step that follows, m/s, up to [`Outside::until_step`].
     pub fn acceleration(&self) -> f64 {
-        let course = self.plan.drive.course.as_ref().filter(|_| self.step < self.hold_step);
-        course.map_or(0.0, |course| course.rate(self.step, u64::MAX))
+        self.course().map_or(0.0, |course| course.rate(self.step, u64::MAX))
     }
 
     /// How far the drive point moves in each step that follows, m, while its velocity is constant.
@@ -103,8 +103,12 @@ impl Outside<'_> {
 
     /// The next knot of the course of the drive; `u64::MAX` for none.
     pub fn drive_knot_step(&self) -> u64 {
-        let course = self.plan.drive.course.as_ref().filter(|_| self.step < self.hold_step);
-        course.map_or(u64::MAX, |course| course.next_knot(self.step, u64::MAX))
+        self.course().map_or(u64::MAX, |course| course.next_knot(self.step, u64::MAX))
+    }
+
+    /// The course of the drive's velocity, if it has one and the drive has not stopped.
+    fn course(&self) -> Option<&Course> {
+        self.plan.drive.course.as_ref().filter(|_| self.step < self.hold_step)
     }
 
     /// The last step up to which the drive point keeps its velocity, and the load its rate.

@@ -130,11 +130,8 @@ impl Stuck<1> for StuckChain<Arc<Modes>> {
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
-        let StuckChain { modes, grown, .. } = self;
-        match least > f64::NEG_INFINITY {
-            true => modes.compose(grown.sample(&modes.powers, into), least, motion),
-            false => modes.compose(&modes.powers.grown(&grown.start, into), least, motion),
-        }
+        let at = self.grown.at(&self.modes.powers, into, least > f64::NEG_INFINITY);
+        self.modes.compose(&at, least, motion);
     }
 
     /// What absorbing ends radiate, unless it follows from the balance: where nothing else is lost.
@@ -205,10 +202,7 @@ impl Stuck<1> for StuckChain<StandingWaves> {
     }
 
     fn compose(&mut self, into: u64, least: f64, motion: &mut [f64]) {
-        let StuckChain { modes, grown, .. } = self;
-        match least > f64::NEG_INFINITY {
-            true => modes.compose(grown.sample(&modes.powers, into), least, motion),
-            false => modes.compose(&modes.powers.grown(&grown.start, into), least, motion),
-        }
+        let at = self.grown.at(&self.modes.powers, into, least > f64::NEG_INFINITY);
+        self.modes.compose(&at, least, motion);
     }
 }

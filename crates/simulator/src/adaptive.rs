@@ -260,7 +260,10 @@ impl Adaptive {
         let mut peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0).max(last.1);
         let slides = first.1.max(last.1) > HYSTERESIS * self.equations.law.event_speed_m_per_s;
         if slides && from < to {
-            peak = peak.max(self.peak_within(first.0, from, to)).max(self.peak_within(last.0, from, to));
+            peak = peak.max(self.peak_within(first.0, from, to));
+            if last.0 != first.0 {
+                peak = peak.max(self.peak_within(last.0, from, to));
+            }
         }
         self.slider.peak_velocity_m_per_s = Some(peak);
     }
@@ -269,9 +272,10 @@ impl Adaptive {
     /// through ever closer points.
     fn peak_within(&self, n: usize, mut low: f64, mut high: f64) -> f64 {
         let at = |share: f64| self.speed_within(n, share);
-        let mut peak = at(low).max(at(high));
+        let [mut begin, mut end] = [low, high].map(at);
+        let mut peak = begin.max(end);
         for _ in 0..3 {
-            let [begin, middle, end] = [low, 0.5 * (low + high), high].map(at);
+            let middle = at(0.5 * (low + high));
             let bend = begin - 2.0 * middle + end;
             let vertex = 0.5 * (low + high) - 0.25 * (high - low) * (end - begin) / bend;
             if bend >= 0.0 || !(low..high).contains(&vertex) {
@@ -280,6 +284,7 @@ impl Adaptive {
             peak = peak.max(at(vertex));
             let reach = 0.1 * (high - low);
             (low, high) = ((vertex - reach).max(low), (vertex + reach).min(high));
+            [begin, end] = [low, high].map(at);
         }
         peak
     }

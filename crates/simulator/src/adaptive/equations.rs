@@ -163,6 +163,21 @@ pub(super) struct Contact {
     pub(super) rate_of_state: f64,
 }
 
+/// `y`, and the two exponentials from which the law's velocity follows.
+#[derive(Debug, Clone, Copy)]
+struct Growth {
+    friction: f64,
+    size: f64,
+    decay: f64,
+}
+
+impl Growth {
+    /// `|V|`.
+    fn speed_m_per_s(self) -> f64 {
+        self.size * (1.0 - self.decay)
+    }
+}
+
 /// The equations of a plan, with the numbers of the last evaluation.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
@@ -259,20 +274,22 @@ impl Equations {
     }
 
     /// `V0 exp(|y| - psi / a)` and `exp(-2 |y|)`: neither overflows, unlike `sinh y`.
-    fn growth(&self, friction: f64, state: f64) -> (f64, f64) {
+    fn growth(&self, friction: f64, state: f64) -> Growth {
         let y = friction.abs();
         let size = libm::exp(y - state / self.law.direct_effect);
-        (self.law.reference_velocity_m_per_s * size, libm::exp(-2.0 * y))
+        // Beyond 20 it changes no sum with 1.
+        let decay = if y > 20.0 { 0.0 } else { libm::exp(-2.0 * y) };
+        Growth { friction, size: self.law.reference_velocity_m_per_s * size, decay }
     }
 
-    fn contact(&self, n: usize, friction: f64, state: f64) -> Contact {
-        let (size, decay) = self.growth(friction, state);
-        let speed = size * (1.0 - decay);
-        let ln_speed = || friction.abs() - state / self.law.direct_effect + libm::log1p(-decay);
+    fn contact(&self, n: usize, growth: Growth, state: f64) -> Contact {
+        let Growth { friction, size, decay } = growth;
+        let y = friction.abs();
+        let ln_speed = || y - state / self.law.direct_effect + libm::log1p(-libm::exp(-2.0 * y));
         let [state_rate, of_speed, rate_of_state] =
-            self.law.evolution(self.evolution_effects[n], speed, ln_speed, state);
+            self.law.evolution(self.evolution_effects[n], growth.speed_m_per_s(), ln_speed, state);
         Contact {
-            velocity: speed.copysign(friction),
+            velocity: growth.speed_m_per_s().copysign(friction),
             velocity_of_friction: size * (1.0 + decay),
             slope: ((1.0 - decay) / (1.0 + decay)).copysign(friction),
             state_rate,
@@ -289,12 +306,12 @@ impl Equations {
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places.
-    fn friction(&self, n: usize, outside: DriveAndLoad, unknown: impl Fn(usize) -> f64) -> f64 {
+    fn friction(&self, n: usize, outside: DriveAndLoad, unknown: impl Fn(usize) -> f64) -> Growth {
         let blocks = self.chain.nodes;
-        if self.has_inertia() {
-            return unknown(blocks + n);
-        }
         let state = unknown(2 * blocks + n);
+        if self.has_inertia() {
+            return self.growth(unknown(blocks + n), state);
+        }
         self.friction_under(self.pulled_n(n, unknown), self.direct_n(n, outside), state)
     }
 
@@ -305,9 +322,7 @@ impl Equations {
         outside: DriveAndLoad,
         unknown: impl Fn(usize) -> f64,
     ) -> f64 {
-        let (size, decay) =
-            self.growth(self.friction(n, outside, &unknown), unknown(2 * self.chain.nodes + n));
-        size * (1.0 - decay)
+        self.friction(n, outside, unknown).speed_m_per_s()
     }
 
     /// `T_n` of the last evaluation, dashpots included.
@@ -321,30 +336,37 @@ impl Equations {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, unknown);
-            let friction = self.friction(n, outside, unknown);
-            self.contacts[n] = self.contact(n, friction, at.0[2 * self.chain.nodes + n]);
-            at.0[self.chain.nodes + n] = friction;
+            let growth = self.friction(n, outside, unknown);
+            self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
+            at.0[self.chain.nodes + n] = growth.friction;
         }
     }
 
     /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
     /// solution in ten iterations or fewer.
-    fn friction_under(&self, force_n: f64, direct_n: f64, state: f64) -> f64 {
+    fn friction_under(&self, force_n: f64, direct_n: f64, state: f64) -> Growth {
         let RateAndState { direct_effect, reference_velocity_m_per_s: v0, radiation_kg_per_s, .. } = self.law;
         let pull_n = force_n.abs();
         if pull_n == 0.0 {
-            return 0.0;
+            return self.growth(0.0, state);
         }
-        let free = asinh_of_exp(libm::log(pull_n / (2.0 * radiation_kg_per_s * v0)) + state / direct_effect);
-        let mut y = free.min(pull_n / direct_n);
+        // Two bounds: all of the pull is friction, or radiation; the logarithm is taken where the second may be the lower.
+        let mut growth = self.growth(pull_n / direct_n, state);
+        if radiation_kg_per_s * growth.speed_m_per_s() > 0.999 * pull_n {
+            let free =
+                asinh_of_exp(libm::log(pull_n / (2.0 * radiation_kg_per_s * v0)) + state / direct_effect);
+            if free < growth.friction {
+                growth = self.growth(free, state);
+            }
+        }
         loop {
-            let (size, decay) = self.growth(y, state);
-            let excess_n = direct_n * y + radiation_kg_per_s * size * (1.0 - decay) - pull_n;
+            let Growth { friction: y, size, decay } = growth;
+            let excess_n = direct_n * y + radiation_kg_per_s * growth.speed_m_per_s() - pull_n;
             let next = y - excess_n / (direct_n + radiation_kg_per_s * size * (1.0 + decay));
             if next >= y || next.is_nan() {
-                return y.copysign(force_n);
+                return Growth { friction: y.copysign(force_n), ..growth };
             }
-            y = next;
+            growth = self.growth(next, state);
         }
     }
 

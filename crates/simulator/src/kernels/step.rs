@@ -114,7 +114,6 @@ pub(crate) struct After<'a, const D: usize> {
 kernel! {
     /// Sets the bit of every contact that switches in a step, or may switch where contacts age. Each
     /// number has the bits of 64 contacts.
-    /// Sets the bit of every contact that switches.
     fn switching[const D: usize, L: ContactLaw<D>](marks: &mut [u64], after: &After<'_, D>, law: &L) {
         let &After { slip, direction, v_new, tau, threshold, memory } = after;
         for (group, mark) in marks.iter_mut().enumerate() {

@@ -101,6 +101,8 @@ pub(crate) struct Limits {
     pub(crate) forced_steps: u64,
     /// Cost of composing a state.
     pub(crate) composed_steps: u64,
+    /// Whether solving with the stiffness takes no more than a few sweeps over the body.
+    pub(crate) solves_in_sweeps: bool,
 }
 
 /// The jumps of a body, and the one that is open.
@@ -211,9 +213,9 @@ impl<const D: usize> Jump<D> {
     ///
     /// The displacements of the free motion sum up by its map, summed over the steps `r -> r'`:
     /// `M sum u = -C sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`. The work of a force needs
-    /// `f sum u`, which is that times `M^-1 f`.
+    /// `f sum u`. Where solving takes more than a few sweeps, that is the right side times `M^-1 f`.
     fn account(&self, plan: &Plan, into: u64, state: &mut SliderState) {
-        let Jump { stuck, forced, start, composed, .. } = self;
+        let Jump { stuck, limits, forced, start, composed, .. } = self;
         let (count, dt) = (into as f64, plan.grid.step_s());
         let (u, v) = start.split_at(start.len() / 2);
         let (new_u, new_v) = composed.split_at(u.len());
@@ -237,11 +239,21 @@ impl<const D: usize> Jump<D> {
         });
         let load_j = parts.sum::<f64>() - forced.ramp.change_n(free_j(of_load));
         state.energy.load_work_j.add(load_j);
-        // A drive that stops moves in the first step at most.
-        let stops = forced.rates[0] == 0.0;
-        let driven_m = |n: usize| if stops { first_m(n) } else { sum_m(n) };
-        Accounts::add_drive(plan, state, forced.from_step, into, driven_m, first_m);
-        state.energy.drive_work_j.add(-free_j(of_drive));
+        if limits.solves_in_sweeps {
+            let velocities: Vec<f64> =
+                (0..u.len()).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
+            let mut free_m: Vec<f64> = (0..u.len()).map(|n| -inertia * (new_v[n] - v[n])).collect();
+            add_damping(plan, &velocities, &mut free_m);
+            stuck.solve(&mut free_m, &Stop::never());
+            let driven_m = |n: usize| free_m[n] + sum_m(n);
+            Accounts::add_drive(plan, state, forced.from_step, into, driven_m, first_m);
+        } else {
+            // A drive that stops moves in the first step at most.
+            let stops = forced.rates[0] == 0.0;
+            let driven_m = |n: usize| if stops { first_m(n) } else { sum_m(n) };
+            Accounts::add_drive(plan, state, forced.from_step, into, driven_m, first_m);
+            state.energy.drive_work_j.add(-free_j(of_drive));
+        }
         let drive_j = state.energy.drive_work_j.value() - before_j;
         stuck.add_energies(plan, forced, [start, composed], drive_j + load_j, state);
     }

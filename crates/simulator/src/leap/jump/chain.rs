@@ -64,6 +64,7 @@ pub(crate) fn jump(plan: &Plan, chain: &Chain) -> Option<Jump<1>> {
         refused_steps: PATIENCE_STEPS,
         forced_steps: cost::QUASI_STATIC_STEPS,
         composed_steps: Costs::of(plan).modes_steps(),
+        solves_in_sweeps: true,
     };
     if plan.blocks > LONG_CHAIN {
         limits.shortest_steps = SHORTEST_WITH_WAVES;

@@ -88,6 +88,7 @@ pub(crate) fn jump<const D: usize>(plan: &Plan, iterations: usize, stop: &Stop<'
         refused_steps: PATIENCE_STEPS,
         forced_steps: STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64,
         composed_steps: STEPS_OF_STATE,
+        solves_in_sweeps: false,
     };
     Some(Jump::of(plan, Box::new(slow), limits))
 }

@@ -248,6 +248,17 @@ pub fn second_difference<T: Number>(y: &[T], n: usize) -> T {
     left + right
 }
 
+/// All of them, times a factor.
+#[inline(always)]
+pub(crate) fn second_differences(to: &mut [f64], y: &[f64], factor: f64) {
+    for (to, y) in to[1..].iter_mut().zip(y.windows(3)) {
+        *to = ((y[0] - y[1]) + (y[2] - y[1])) * factor;
+    }
+    for n in [0, y.len() - 1] {
+        to[n] = second_difference(y, n) * factor;
+    }
+}
+
 /// The stiffness `M` of the stuck slider, of springs between nodes, friction springs and drive,
 /// factored. It is tridiagonal, but for a bond between the ends, and positive definite, so elimination without
 /// pivoting is stable.

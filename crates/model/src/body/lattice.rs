@@ -17,7 +17,7 @@ mod tests;
 
 use std::ops::{Add, Mul, Range, Sub};
 
-use crate::body::elastic::second_difference;
+use crate::body::elastic::{second_difference, second_differences};
 use cube::Cube;
 use plane::Plane;
 use table::Loops;
@@ -153,7 +153,11 @@ impl Lattice {
             (Loops::Cube, _) => {
                 self.cube().pull(&mut self.split(springs_n), &mut self.split(dashpots_n), u, v);
             }
-            _ => {
+            (Loops::Line, _) => {
+                second_differences(springs_n, u, self.stiffness_n_per_m);
+                second_differences(dashpots_n, v, self.damping_kg_per_s);
+            }
+            (Loops::Plane, None) => {
                 for freedom in 0..self.freedoms() {
                     springs_n[freedom] = self.spring_force_n(u, freedom);
                     dashpots_n[freedom] = self.damping_force_n(v, freedom);

@@ -68,8 +68,8 @@ pub struct Table {
 /// Which loops compute the pull between nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Loops {
-    /// Bond by bond, whatever the table.
-    ByBonds,
+    /// Those of a line, for one axis.
+    Line,
     /// Those of `plane.rs`, for two axes.
     Plane,
     /// Those of `cube.rs`, for three.
@@ -83,7 +83,7 @@ pub const CHAIN: Table = Table {
     bonds: &[BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 }],
     largest_eigenvalue: 4.0,
     largest_damping_eigenvalue: 4.0,
-    loops: Loops::ByBonds,
+    loops: Loops::Line,
 };
 
 /// A slab: a plane that rests on its bottom row. Springs along its axes with `k`, along diagonals with

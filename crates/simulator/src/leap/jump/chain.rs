@@ -20,7 +20,7 @@ use asperity_model::{Plan, SliderState};
 use crate::energy::Radiated;
 use crate::kernels;
 use crate::leap::cost::{self, Costs, LONG_CHAIN};
-use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck, add_damping};
+use crate::leap::jump::{Attempt, Forced, Jump, Limits, Stuck};
 use crate::leap::norms::invariant;
 use crate::modes::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::modes::{Grown, Modes, operator_cache};
@@ -103,13 +103,13 @@ where
         let w: Vec<f64> = v.iter().map(|v| dt * v).collect();
         let mut held_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
         held_n_per_m.iter_mut().zip(&plan.friction.springs_n_per_m).for_each(|(held, kt)| *held += kt);
-        let stiff = |n: usize| held_n_per_m[n] * u[n] - plan.elastic.spring_force_n(u, n);
-        let mut stiff: Vec<f64> = (0..plan.blocks).map(stiff).collect();
+        let (mut springs, mut damped) = (vec![0.0; plan.blocks], vec![0.0; plan.blocks]);
+        kernels::lattice_pull(&mut springs, &mut damped, u, &w, &plan.elastic);
+        let mut stiff: Vec<f64> = (0..plan.blocks).map(|n| held_n_per_m[n] * u[n] - springs[n]).collect();
         for bond in &plan.end_bonds {
             bond.add(bond.stiffness_n_per_m * bond.stretch(u), &mut stiff);
+            bond.add(-bond.damping_kg_per_s * bond.stretch(&w), &mut damped);
         }
-        let mut damped = vec![0.0; plan.blocks];
-        add_damping(plan, &w, &mut damped);
         damped.iter_mut().for_each(|damped| *damped = -*damped);
         let norm = invariant((plan.block_mass_kg, dt), [u, &w], [&stiff, &damped]).sqrt();
         certificate.swing.drive_n = norms.drive * norm;

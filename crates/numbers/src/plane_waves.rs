@@ -51,8 +51,8 @@ impl Waves {
                 let (x, z) = (place(0), place(second));
                 u[along * nodes + node] = (phase[0] * x + phase[1] * z).cos();
             }
-            let (mut springs_n, mut dashpots_n) = (still.clone(), still.clone());
-            patch.pull(&mut springs_n, &mut dashpots_n, &u, &still);
+            let mut springs_n = still.clone();
+            patch.pull_of_springs(&mut springs_n, &u);
             [middle, nodes + middle].map(|at| -springs_n[at] / lattice.stiffness_n_per_m)
         };
         Waves::of([pulled(0), pulled(1)])

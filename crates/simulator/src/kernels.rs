@@ -31,7 +31,7 @@ mod terms;
 pub(crate) use band::{Entry, ROWS, factor_rows, solve_band};
 pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
 pub(crate) use contacts::{ContactInputs, apply_friction, friction_work, tangential_force};
-pub(crate) use dense::{add_columns, dots, product};
+pub(crate) use dense::{add_columns, dots, product, reflect, subtract_multiple};
 pub(crate) use elastic::pull;
 pub(crate) use energy::{
     Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
@@ -39,7 +39,7 @@ pub(crate) use energy::{
 pub(crate) use fourier::{NEAR, Near, bessel, fourier, gather, spread};
 pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
-pub(crate) use lattice::{lattice_move, lattice_pull};
+pub(crate) use lattice::{lattice_dashpots, lattice_move, lattice_springs};
 pub(crate) use linear::{add_course, combine, follow, largest, products};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;

@@ -89,14 +89,10 @@ impl Lattice {
     }
 
     /// The pull of springs on each contact along the surface, axis by axis, so along the sliding direction
-    /// first: in a chain [`Lattice::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
+    /// first.
     pub fn tangential_force_n(&self, displacement_m: &[f64]) -> Vec<f64> {
-        if self.as_chain().is_some() {
-            return (0..self.contacts()).map(|n| self.spring_force_n(displacement_m, n)).collect();
-        }
-        let still = vec![0.0; self.freedoms()];
-        let (mut force_n, mut dashpots_n) = (still.clone(), still.clone());
-        self.pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
+        let mut force_n = vec![0.0; self.freedoms()];
+        self.pull_of_springs(&mut force_n, displacement_m);
         let axes = force_n.chunks_exact(self.nodes()).take(self.tangential_axes());
         axes.flat_map(|of_nodes| &of_nodes[..self.contacts()]).copied().collect()
     }

@@ -143,25 +143,28 @@ impl Lattice {
         if rise_m < 0.0 { self.foundation_n_per_m * -rise_m } else { 0.0 }
     }
 
-    /// The pulls of springs and of dashpots between nodes on all freedoms, without the foundation.
+    /// The pull of springs between nodes on all freedoms, without the foundation.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
-    pub fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
+    pub fn pull_of_springs(&self, force_n: &mut [f64], u: &[f64]) {
         match (self.table.loops, self.plane()) {
-            (Loops::Plane, Some(plane)) => plane.pull(springs_n, dashpots_n, u, v),
-            (Loops::Cube, _) => {
-                self.cube().pull(&mut self.split(springs_n), &mut self.split(dashpots_n), u, v);
-            }
-            (Loops::Line, _) => {
-                second_differences(springs_n, u, self.stiffness_n_per_m);
-                second_differences(dashpots_n, v, self.damping_kg_per_s);
-            }
-            (Loops::Plane, None) => {
-                for freedom in 0..self.freedoms() {
-                    springs_n[freedom] = self.spring_force_n(u, freedom);
-                    dashpots_n[freedom] = self.damping_force_n(v, freedom);
-                }
+            (Loops::Line, _) => second_differences(force_n, u, self.stiffness_n_per_m),
+            (Loops::Plane, Some(plane)) => plane.pull_of_springs(force_n, u),
+            (Loops::Cube, _) => self.cube().pull_of_springs(&mut self.split(force_n), u),
+            _ => force_n.iter_mut().enumerate().for_each(|(n, force_n)| *force_n = self.spring_force_n(u, n)),
+        }
+    }
+
+    /// The pull of dashpots between nodes on all freedoms; likewise inlined.
+    #[inline(always)]
+    pub fn pull_of_dashpots(&self, force_n: &mut [f64], v: &[f64]) {
+        match (self.table.loops, self.plane()) {
+            (Loops::Line, _) => second_differences(force_n, v, self.damping_kg_per_s),
+            (Loops::Plane, Some(plane)) => plane.pull_of_dashpots(force_n, v),
+            (Loops::Cube, _) => self.cube().pull_of_dashpots(&mut self.split(force_n), v),
+            _ => {
+                force_n.iter_mut().enumerate().for_each(|(n, force_n)| *force_n = self.damping_force_n(v, n))
             }
         }
     }

@@ -90,17 +90,16 @@ fn balanced_m(
     force_n: Vec<f64>,
 ) -> Vec<f64> {
     let (nodes, freedoms, upward) = (lattice.nodes(), lattice.freedoms(), lattice.table.upward());
-    let still = vec![0.0; freedoms];
     let mut residual = force_n;
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
-    let (mut at, mut direction, mut bent) = (still.clone(), residual.clone(), still.clone());
-    let (mut square, mut dashpots_n) = (product(&residual, &residual), still.clone());
+    let (mut at, mut direction, mut bent) = (vec![0.0; freedoms], residual.clone(), vec![0.0; freedoms]);
+    let mut square = product(&residual, &residual);
     let enough = RESIDUAL * RESIDUAL * square;
     for _ in 0..MOST_STEPS * freedoms {
         if square <= enough {
             break;
         }
-        lattice.pull(&mut bent, &mut dashpots_n, &direction, &still);
+        lattice.pull_of_springs(&mut bent, &direction);
         for bent in &mut bent {
             *bent = -*bent;
         }
@@ -222,8 +221,8 @@ mod tests {
             assert!((u[n] + u[mirrored]).abs() < 1e-13 * largest, "x of node {n}");
             assert!((u[nodes + n] - u[nodes + mirrored]).abs() < 1e-13 * largest, "z of node {n}");
         }
-        let (mut force_n, mut dashpots_n) = (vec![0.0; lattice.freedoms()], vec![0.0; lattice.freedoms()]);
-        lattice.pull(&mut force_n, &mut dashpots_n, u, &plan.initial.velocity_m_per_s);
+        let mut force_n = vec![0.0; lattice.freedoms()];
+        lattice.pull_of_springs(&mut force_n, u);
         for n in 0..columns {
             force_n[n] -= plan.friction.interfacial_stiffness_n_per_m * u[n];
             force_n[nodes + n] += plan.normal_load_n[n];

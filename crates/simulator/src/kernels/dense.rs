@@ -94,6 +94,42 @@ kernel! {
     }
 }
 
+kernel! {
+    /// Reflects three rows of a matrix, or two where the third is empty: each loses its share of `a + q b + r c`.
+    fn reflect(rows: [&mut [f64]; 3], sum: [f64; 2], shares: [f64; 3]) {
+        let ([a, b, c], [q, r], [x, y, z]) = (rows, sum, shares);
+        let b = &mut b[..a.len()];
+        if c.is_empty() {
+            for n in 0..a.len() {
+                let sum = a[n] + q * b[n];
+                a[n] -= sum * x;
+                b[n] -= sum * y;
+            }
+            return;
+        }
+        let c = &mut c[..a.len()];
+        for n in 0..a.len() {
+            let sum = (a[n] + q * b[n]) + r * c[n];
+            c[n] -= sum * z;
+            a[n] -= sum * x;
+            b[n] -= sum * y;
+        }
+    }
+}
+
+kernel! {
+    /// Subtracts a complex multiple of a row from another; real parts come first.
+    fn subtract_multiple(from: [&mut [f64]; 2], row: [&[f64]; 2], factor: [f64; 2]) {
+        let ([from_re, from_im], [re, im], [by_re, by_im]) = (from, row, factor);
+        let size = from_re.len();
+        let (from_im, re, im) = (&mut from_im[..size], &re[..size], &im[..size]);
+        for n in 0..size {
+            from_re[n] -= by_re * re[n] - by_im * im[n];
+            from_im[n] -= by_re * im[n] + by_im * re[n];
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use asperity_model::mixed;

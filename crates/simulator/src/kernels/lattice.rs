@@ -5,9 +5,16 @@ use asperity_model::Lattice;
 use crate::kernels::simd::kernel;
 
 kernel! {
-    /// The pulls of springs and of dashpots between nodes on all freedoms.
-    fn lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice) {
-        lattice.pull(springs, dashpots, u, v);
+    /// The pull of springs between nodes on all freedoms.
+    fn lattice_springs(force: &mut [f64], u: &[f64], lattice: &Lattice) {
+        lattice.pull_of_springs(force, u);
+    }
+}
+
+kernel! {
+    /// The pull of dashpots between nodes on all freedoms.
+    fn lattice_dashpots(force: &mut [f64], v: &[f64], lattice: &Lattice) {
+        lattice.pull_of_dashpots(force, v);
     }
 }
 
@@ -54,7 +61,7 @@ mod tests {
     use asperity_model::body::lattice::{BLOCK, SHEET, SLAB};
     use asperity_model::{Lattice, mixed};
 
-    use super::{lattice_move, lattice_pull};
+    use super::{lattice_dashpots, lattice_move, lattice_springs};
     use crate::kernels::by_all;
 
     #[test]
@@ -81,7 +88,8 @@ mod tests {
                 let (mut springs, mut dashpots) = (numbers(3), numbers(4));
                 let mut bits = Vec::new();
                 for step in 0..20 {
-                    lattice_pull(&mut springs, &mut dashpots, &u, &v, &lattice);
+                    lattice_springs(&mut springs, &u, &lattice);
+                    lattice_dashpots(&mut dashpots, &v, &lattice);
                     let outer = numbers(5 + step);
                     let work = lattice_move(&mut u, &mut v, [&springs, &dashpots, &outer], 0.01, 0.013);
                     bits.extend(work.map(f64::to_bits));

@@ -261,9 +261,8 @@ impl<const D: usize> Jump<D> {
 
 /// Adds the forces of the dashpots, of a chain with those at its ends.
 fn add_damping(plan: &Plan, velocity_m_per_s: &[f64], force_n: &mut [f64]) {
-    let (mut springs_n, mut dashpots_n) = (vec![0.0; force_n.len()], vec![0.0; force_n.len()]);
-    let v = velocity_m_per_s;
-    kernels::lattice_pull(&mut springs_n, &mut dashpots_n, v, v, &plan.elastic);
+    let (v, mut dashpots_n) = (velocity_m_per_s, vec![0.0; force_n.len()]);
+    kernels::lattice_dashpots(&mut dashpots_n, v, &plan.elastic);
     for (force_n, damping_n) in force_n.iter_mut().zip(dashpots_n) {
         *force_n += damping_n;
     }

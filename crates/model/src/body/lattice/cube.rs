@@ -131,21 +131,14 @@ impl Bonds {
 }
 
 impl Cube {
-    /// The pull of springs, and of dashpots, between nodes on all freedoms.
+    /// The pull of springs between nodes on all freedoms.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
-    pub(super) fn pull(
-        &self,
-        springs_n: &mut [&mut [f64]; 3],
-        dashpots_n: &mut [&mut [f64]; 3],
-        u: &[f64],
-        v: &[f64],
-    ) {
-        let [columns, lanes, rows] = self.counts;
-        let (nodes, pieces) = (columns * lanes * rows, 0..lanes * rows * columns.div_ceil(PIECE));
-        let (mut springs, mut dashpots) = ([NO_PARTS; 3], NO_PARTS);
-        for number in pieces.clone() {
+    pub(super) fn pull_of_springs(&self, force_n: &mut [&mut [f64]; 3], u: &[f64]) {
+        let nodes = self.nodes();
+        let mut springs = [NO_PARTS; 3];
+        for number in self.pieces() {
             let (piece, starts, bonds) = self.piece(number);
             let mut around = [NO_LINES; 3];
             for axis in 0..3 {
@@ -154,20 +147,40 @@ impl Cube {
             sum_springs(&mut springs, &around, piece, &bonds);
             for axis in 0..3 {
                 let Parts { ahead, behind, own: of_column } = &springs[axis];
-                let force_n = &mut springs_n[axis][piece.nodes()];
+                let force_n = &mut force_n[axis][piece.nodes()];
                 add_parts(force_n, of_column, ahead, behind, 0.5 * self.stiffness_n_per_m);
             }
         }
+    }
+
+    /// The pull of dashpots between nodes on all freedoms; likewise inlined.
+    #[inline(always)]
+    pub(super) fn pull_of_dashpots(&self, force_n: &mut [&mut [f64]; 3], v: &[f64]) {
+        let nodes = self.nodes();
+        let mut dashpots = NO_PARTS;
         // One axis after the other: the lines around one line of all axes would not fit into the nearest cache.
         for axis in 0..3 {
-            let (v, force_n) = (&v[axis * nodes..][..nodes], &mut *dashpots_n[axis]);
-            for number in pieces.clone() {
+            let (v, force_n) = (&v[axis * nodes..][..nodes], &mut *force_n[axis]);
+            for number in self.pieces() {
                 let (piece, starts, bonds) = self.piece(number);
                 let Parts { ahead: beside, own: of_column, .. } = &mut dashpots;
                 sum_dashpots(beside, of_column, &lines(v, &starts, piece.around().len()), piece, &bonds);
                 add_parts(&mut force_n[piece.nodes()], of_column, beside, beside, self.damping_kg_per_s);
             }
         }
+    }
+
+    #[inline(always)]
+    fn nodes(&self) -> usize {
+        let [columns, lanes, rows] = self.counts;
+        columns * lanes * rows
+    }
+
+    /// The numbers of all pieces.
+    #[inline(always)]
+    fn pieces(&self) -> Range<usize> {
+        let [columns, lanes, rows] = self.counts;
+        0..lanes * rows * columns.div_ceil(PIECE)
     }
 
     /// A piece by its number, with where the lines around it begin, and its bonds.

@@ -105,28 +105,44 @@ impl Plane {
         row * self.columns..(row + 1) * self.columns
     }
 
-    /// The pull of springs, and of dashpots, between nodes on all freedoms.
+    /// The nodes of a row with those of the rows below and above it.
+    #[inline(always)]
+    fn rows_around(&self, row: usize) -> [std::ops::Range<usize>; 3] {
+        let here = self.row(row);
+        let below = if row > 0 { self.row(row - 1) } else { here.clone() };
+        let above = if row + 1 < self.rows { self.row(row + 1) } else { here.clone() };
+        [below, here, above]
+    }
+
+    /// The pull of springs between nodes on all freedoms.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
-    pub(super) fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
+    pub(super) fn pull_of_springs(&self, force_n: &mut [f64], u: &[f64]) {
         let nodes = self.columns * self.rows;
-        let (springs, dashpots) = (springs_n.split_at_mut(nodes), dashpots_n.split_at_mut(nodes));
-        let (u, v) = (u.split_at(nodes), v.split_at(nodes));
+        let (x_n, z_n) = force_n.split_at_mut(nodes);
+        let u = u.split_at(nodes);
         for row in 0..self.rows {
-            let here = self.row(row);
-            let below = if row > 0 { self.row(row - 1) } else { here.clone() };
-            let above = if row + 1 < self.rows { self.row(row + 1) } else { here.clone() };
+            let [below, here, above] = self.rows_around(row);
             let stretch = [u.0, u.1].map(|of| [&of[below.clone()], &of[here.clone()], &of[above.clone()]]);
-            let (x_n, z_n) = (&mut springs.0[here.clone()], &mut springs.1[here.clone()]);
+            let (x_n, z_n) = (&mut x_n[here.clone()], &mut z_n[here.clone()]);
             match (row > 0, row + 1 < self.rows) {
                 (true, true) => self.springs_on_row::<true, true>(x_n, z_n, stretch),
                 (true, false) => self.springs_on_row::<true, false>(x_n, z_n, stretch),
                 (false, _) => self.springs_on_row::<false, true>(x_n, z_n, stretch),
             }
-            for (force_n, v) in [(&mut *dashpots.0, v.0), (&mut *dashpots.1, v.1)] {
+        }
+    }
+
+    /// The pull of dashpots between nodes on all freedoms; likewise inlined.
+    #[inline(always)]
+    pub(super) fn pull_of_dashpots(&self, force_n: &mut [f64], v: &[f64]) {
+        let nodes = self.columns * self.rows;
+        for (force_n, v) in force_n.chunks_exact_mut(nodes).zip(v.chunks_exact(nodes)) {
+            for row in 0..self.rows {
+                let [below, here, above] = self.rows_around(row);
                 let force_n = &mut force_n[here.clone()];
-                let v = [&v[below.clone()], &v[here.clone()], &v[above.clone()]];
+                let v = [&v[below], &v[here], &v[above]];
                 match (row > 0, row + 1 < self.rows) {
                     (true, true) => self.dashpots_on_row::<true, true>(force_n, v),
                     (true, false) => self.dashpots_on_row::<true, false>(force_n, v),

@@ -29,7 +29,8 @@ fn still(lattice: &Lattice) -> Vec<f64> {
 
 fn both(lattice: &Lattice, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
     let (mut springs, mut dashpots) = (still(lattice), still(lattice));
-    lattice.pull(&mut springs, &mut dashpots, u, v);
+    lattice.pull_of_springs(&mut springs, u);
+    lattice.pull_of_dashpots(&mut dashpots, v);
     [springs, dashpots]
 }
 

@@ -104,7 +104,8 @@ where
         let mut held_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
         held_n_per_m.iter_mut().zip(&plan.friction.springs_n_per_m).for_each(|(held, kt)| *held += kt);
         let (mut springs, mut damped) = (vec![0.0; plan.blocks], vec![0.0; plan.blocks]);
-        kernels::lattice_pull(&mut springs, &mut damped, u, &w, &plan.elastic);
+        kernels::lattice_springs(&mut springs, u, &plan.elastic);
+        kernels::lattice_dashpots(&mut damped, &w, &plan.elastic);
         let mut stiff: Vec<f64> = (0..plan.blocks).map(|n| held_n_per_m[n] * u[n] - springs[n]).collect();
         for bond in &plan.end_bonds {
             bond.add(bond.stiffness_n_per_m * bond.stretch(u), &mut stiff);

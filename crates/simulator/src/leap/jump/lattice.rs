@@ -229,7 +229,8 @@ impl<const D: usize> SlowLattice<D> {
         let (dt, mass) = (self.stuck.step_s, self.stuck.mass_kg);
         let (u, v, steady_n) = (&state.displacement_m, &state.velocity_m_per_s, &forced.rate_n);
         let (mut pulls, mut damping) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-        kernels::lattice_pull(&mut pulls, &mut damping, u, v, &plan.elastic);
+        kernels::lattice_springs(&mut pulls, u, &plan.elastic);
+        kernels::lattice_dashpots(&mut damping, v, &plan.elastic);
         let difference = |[stiff, damped]: [Vec<f64>; 2], steady: f64| -> Vec<f64> {
             let forces = stiff.iter().zip(&damped).zip(steady_n);
             forces.map(|((stiff, damped), g)| dt / mass * (steady * g - (stiff + damped))).collect()

@@ -4,6 +4,7 @@
 //! Eigenvalues by Francis' double steps (EISPACK's `hqr`), eigenvectors by inverse iteration. Nothing
 //! but the four operations and square roots, so that the same matrix gives the same bits everywhere.
 
+use crate::kernels;
 use crate::modes::complex::{Complex, Functions};
 use crate::records::stop::Stop;
 
@@ -149,23 +150,23 @@ impl Hessenberg {
             p += s;
             let (x, y, z) = (p / s, q / s, r / s);
             (q, r) = (q / p, r / p);
-            for j in k..=n {
-                let mut sum = self.at(k, j) + q * self.at(k + 1, j);
-                if !is_last {
-                    sum += r * self.at(k + 2, j);
-                    *self.entry(k + 2, j) -= sum * z;
+            let size = self.size;
+            let (upper, lower) = self.rows[k * size..].split_at_mut(size);
+            let (second, third) = lower.split_at_mut(size);
+            let third = if is_last { &mut [] } else { &mut third[k..=n] };
+            kernels::reflect([&mut upper[k..=n], &mut second[k..=n], third], [q, r], [x, y, z]);
+            for row in self.rows.chunks_exact_mut(size).take(n.min(k + 3) + 1).skip(start) {
+                match &mut row[k..=n.min(k + 2)] {
+                    [a, b, c] => {
+                        let sum = x * *a + y * *b + z * *c;
+                        (*a, *b, *c) = (*a - sum, *b - sum * q, *c - sum * r);
+                    }
+                    row => {
+                        let sum = x * row[0] + y * row[1];
+                        row[0] -= sum;
+                        row[1] -= sum * q;
+                    }
                 }
-                *self.entry(k, j) -= sum * x;
-                *self.entry(k + 1, j) -= sum * y;
-            }
-            for i in start..=n.min(k + 3) {
-                let mut sum = x * self.at(i, k) + y * self.at(i, k + 1);
-                if !is_last {
-                    sum += z * self.at(i, k + 2);
-                    *self.entry(i, k + 2) -= sum * r;
-                }
-                *self.entry(i, k) -= sum;
-                *self.entry(i, k + 1) -= sum * q;
             }
         }
     }
@@ -174,32 +175,36 @@ impl Hessenberg {
     pub(crate) fn eigenvector(&self, value: Complex) -> Vec<Complex> {
         let size = self.size;
         let norm = self.rows.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let least = Complex::from(f64::EPSILON * norm);
-        // Elimination that pivots to the row below where that is larger.
-        let mut upper: Vec<Complex> = self.rows.iter().map(|x| Complex::from(*x)).collect();
+        let least = f64::EPSILON * norm;
+        // Elimination that pivots to the row below where that is larger, of real and imaginary parts.
+        let mut upper = [self.rows.clone(), vec![0.0; size * size]];
         for i in 0..size {
-            upper[i * size + i] -= value;
+            upper[0][i * size + i] -= value.re;
+            upper[1][i * size + i] -= value.im;
         }
+        let at = |upper: &[Vec<f64>; 2], i: usize, j: usize| {
+            Complex::new(upper[0][i * size + j], upper[1][i * size + j])
+        };
         let mut swaps = vec![(false, Complex::ZERO); size];
         for i in 0..size {
+            let swap = i + 1 < size && at(&upper, i + 1, i).size() > at(&upper, i, i).size();
+            if swap {
+                for part in &mut upper {
+                    let (above, below) = part.split_at_mut((i + 1) * size);
+                    above[i * size + i..].swap_with_slice(&mut below[i..size]);
+                }
+            }
+            if at(&upper, i, i).size() < least {
+                (upper[0][i * size + i], upper[1][i * size + i]) = (least, 0.0);
+            }
             if i + 1 < size {
-                let swap = upper[(i + 1) * size + i].size() > upper[i * size + i].size();
-                if swap {
-                    for j in i..size {
-                        upper.swap(i * size + j, (i + 1) * size + j);
-                    }
-                }
-                if upper[i * size + i].size() < least.re {
-                    upper[i * size + i] = least;
-                }
-                let factor = upper[(i + 1) * size + i] / upper[i * size + i];
-                for j in i..size {
-                    let above = upper[i * size + j];
-                    upper[(i + 1) * size + j] -= factor * above;
-                }
+                let factor = at(&upper, i + 1, i) / at(&upper, i, i);
+                let [[re, below_re], [im, below_im]] = upper.each_mut().map(|part| {
+                    let (above, below) = part.split_at_mut((i + 1) * size);
+                    [&mut above[i * size + i..], &mut below[i..size]]
+                });
+                kernels::subtract_multiple([below_re, below_im], [re, im], [factor.re, factor.im]);
                 swaps[i] = (swap, factor);
-            } else if upper[i * size + i].size() < least.re {
-                upper[i * size + i] = least;
             }
         }
         let mut x = vec![Complex::ONE; size];
@@ -214,9 +219,10 @@ impl Hessenberg {
                 }
             }
             for i in (0..size).rev() {
-                let row = &upper[i * size..][..size];
-                let sum = (i + 1..size).fold(x[i], |sum, j| sum - row[j] * x[j]);
-                x[i] = sum / row[i];
+                let [re, im] = upper.each_ref().map(|part| &part[i * size..][..size]);
+                let beside = re.iter().zip(im).zip(&x).skip(i + 1);
+                let sum = beside.fold(x[i], |sum, ((re, im), x)| sum - Complex::new(*re, *im) * *x);
+                x[i] = sum / Complex::new(re[i], im[i]);
                 // Only its direction counts, and it may grow beyond all bounds.
                 let large = x[i].size();
                 if large > 1e100 {

@@ -179,7 +179,8 @@ impl StuckLattice {
     pub(crate) fn products(&self, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
         let mut products = [vec![0.0; u.len()], vec![0.0; v.len()]];
         let [stiff, damped] = &mut products;
-        kernels::lattice_pull(stiff, damped, u, v, &self.lattice);
+        kernels::lattice_springs(stiff, u, &self.lattice);
+        kernels::lattice_dashpots(damped, v, &self.lattice);
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;
         }

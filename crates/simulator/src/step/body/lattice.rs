@@ -155,7 +155,8 @@ impl<const D: usize> Body for LatticeBody<D> {
         let (nodes, contacts, upward) = (self.lattice.nodes(), plan.blocks, self.upward());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let LatticeBody { lattice, springs_n, dashpots_n, outer_n, .. } = self;
-        kernels::lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        kernels::lattice_springs(springs_n, u, lattice);
+        kernels::lattice_dashpots(dashpots_n, v, lattice);
         let first = if plan.friction.law.holds() { 0 } else { D };
         for axis in first..lattice.axes() {
             let former = axis * contacts..(axis + 1) * contacts;
@@ -306,8 +307,8 @@ impl<const D: usize> Body for LatticeBody<D> {
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
         let (ledger, u, v) = (&state.energy, &state.displacement_m, &state.velocity_m_per_s);
-        let LatticeBody { lattice, springs_n, dashpots_n, .. } = self;
-        kernels::lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        let LatticeBody { lattice, springs_n, .. } = self;
+        kernels::lattice_springs(springs_n, u, lattice);
         let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
         let (kinetic_j, elastic_j) = stored_j(plan, lattice, state);
         Energy {

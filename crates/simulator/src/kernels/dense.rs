@@ -1,4 +1,4 @@
-//! Dense linear algebra for the modes of a lattice: products with the columns of a matrix.
+//! Dense linear algebra for the modes of a lattice: products with the columns of a matrix, and changes of its rows.
 
 use crate::kernels::simd::kernel;
 
@@ -134,11 +134,36 @@ kernel! {
 mod tests {
     use asperity_model::mixed;
 
-    use super::{add_columns, dots};
+    use super::{add_columns, dots, reflect, subtract_multiple};
     use crate::kernels::by_all;
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
         (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
+    }
+
+    #[test]
+    fn all_instruction_sets_change_rows_the_same_to_the_bit() {
+        for size in [1, 3, 8, 29] {
+            let [first, second] = by_all(|| {
+                let [mut a, mut b, mut c] = [4, 5, 6].map(|seed| numbers(seed, size));
+                reflect([&mut a, &mut b, &mut c], [0.3, -0.7], [1.2, 0.4, -0.9]);
+                reflect([&mut a, &mut b, &mut []], [0.3, 0.0], [1.2, 0.4, 0.0]);
+                subtract_multiple([&mut a, &mut b], [&c, &second_of(&c)], [0.6, -0.8]);
+                [a, b]
+            });
+            // The first entry by hand.
+            let [mut a, mut b, mut c] = [4, 5, 6].map(|seed| numbers(seed, size)[0]);
+            let sum = a + 0.3 * b - 0.7 * c;
+            (a, b, c) = (a - 1.2 * sum, b - 0.4 * sum, c + 0.9 * sum);
+            let sum = a + 0.3 * b;
+            (a, b) = (a - 1.2 * sum, b - 0.4 * sum);
+            let (re, im) = (0.6 * c + 0.8 * 2.0 * c, 0.6 * 2.0 * c - 0.8 * c);
+            assert!((first[0] - (a - re)).abs() < 1e-14 && (second[0] - (b - im)).abs() < 1e-14);
+        }
+    }
+
+    fn second_of(row: &[f64]) -> Vec<f64> {
+        row.iter().map(|x| 2.0 * x).collect()
     }
 
     #[test]

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::text;
 use crate::support::clients::{Python, file, said};
 use crate::support::small;
+use asperity_record::{BulkField, BulkRecord, FieldRecord, WindowRecord};
 use mcap::read::ChunkFlattener;
 use mcap::records::Record;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 fn layout_path() -> PathBuf {
     file("fixtures/clients/foxglove.json")
@@ -74,7 +75,11 @@ fn schemas(log: &Path) -> BTreeMap<String, Value> {
     for record in ChunkFlattener::new(&bytes).expect("the log is MCAP") {
         match record.expect("the log is whole") {
             Record::Schema { header, data } => {
-                let schema: Value = serde_json::from_slice(&data).expect("a schema is JSON");
+                let schema = match header.name.as_str() {
+                    "asperity.Fields" => of_bulk(FieldRecord::FIELDS),
+                    "asperity.Window" => of_bulk(WindowRecord::FIELDS),
+                    _ => serde_json::from_slice(&data).expect("a schema is JSON"),
+                };
                 by_id.insert(header.id, schema);
             }
             Record::Channel(channel) => {
@@ -84,6 +89,18 @@ fn schemas(log: &Path) -> BTreeMap<String, Value> {
         }
     }
     by_topic
+}
+
+/// A JSON schema with the fields of a binary message.
+fn of_bulk(fields: &[BulkField]) -> Value {
+    let property = |field: &BulkField| {
+        let kind = json!({"type": if field.kind == "double" { "number" } else { "integer" }});
+        (
+            field.name.to_owned(),
+            if field.is_repeated { json!({"type": "array", "items": kind}) } else { kind },
+        )
+    };
+    json!({"properties": fields.iter().map(property).collect::<serde_json::Map<_, _>>()})
 }
 
 /// Errors of a message path for messages of these schemas.

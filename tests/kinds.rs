@@ -11,11 +11,11 @@ use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{ends, outcome, succeed, text};
 use crate::support::parquet::csv_of;
-use asperity_record::{Parts, RunHeader, RunStatus, SolverReport};
+use asperity_record::{FieldRecord, Parts, RunHeader, RunStatus, SolverReport, WindowRecord};
 use asperity_run::detectors::{self, Settings};
 use asperity_run::{Task, Verdict};
 use asperity_runlog::{Existing, LogItem, RunWriter};
-use asperity_testkit::{folder, kinds as made, read_log, read_until_problem, scenario};
+use asperity_testkit::{changed, folder, kinds as made, read_log, read_until_problem, scenario};
 use mcap::records::op;
 use serde_json::Value;
 
@@ -39,6 +39,8 @@ struct Kind {
     matches: Option<(&'static str, &'static str)>,
     /// Forged messages: the topic, the number, keys that are changed, or removed by null, and what is said of it.
     refused: &'static [(&'static str, usize, &'static str, &'static str)],
+    /// The same of binary messages.
+    refused_bulk: &'static [(&'static str, fn(&[u8]) -> Vec<u8>, &'static str)],
     /// The key of the header that makes the kind, with other values or without, and what is said of it.
     key: &'static str,
     headers: &'static [(Option<&'static str>, &'static str)],
@@ -112,14 +114,6 @@ const AREA: Kind = Kind {
         ("/switch", 0, "velocity_across_m_per_s=null", "a switch of block 6 without velocity_across_m_per_s"),
         ("/switch", 1, "tangential_force_across_n=-3.9", "block 3 detaches under 4.92"),
         ("/switch", 0, "threshold_n=5.5", "block 6 detaches under 5 N, below 5.5 N"),
-        ("/fields", 0, "displacement_across_m=null", "displacement_across_m has 0 values, not 12"),
-        ("/fields", 0, "stick_position_across_m=[0.5]", "stick_position_across_m has 1 values, not 12"),
-        (
-            "/window",
-            0,
-            "velocity_across_m_per_s=[0.5,0.5,0.5]",
-            "velocity_across_m_per_s has 3 values, not 2",
-        ),
         ("/events/slip", 0, "last_across=null", "it lacks last_across, in a run with Area"),
         ("/events/slip", 0, "last_across=4", "last_across = 4 of 4 columns and 3 rows"),
         ("/events/slip", 0, "last_block=5", "last_block = 5 of 4 columns"),
@@ -130,6 +124,23 @@ const AREA: Kind = Kind {
         ("/events/rupture", 0, "nucleation_block=0", "nucleation_block = 0 of 4 columns"),
         ("/events/arrival", 0, "column=null", "it lacks column, in a run with Area"),
         ("/events/arrival", 0, "slip_across_m=0.25", "events differ from number"),
+    ],
+    refused_bulk: &[
+        (
+            "/fields",
+            |message| changed(message, |state: &mut FieldRecord| state.displacement_across_m.clear()),
+            "displacement_across_m has 0 values, not 12",
+        ),
+        (
+            "/fields",
+            |message| changed(message, |state: &mut FieldRecord| state.stick_position_across_m.truncate(1)),
+            "stick_position_across_m has 1 values, not 12",
+        ),
+        (
+            "/window",
+            |message| changed(message, |state: &mut WindowRecord| state.velocity_across_m_per_s.push(0.5)),
+            "velocity_across_m_per_s has 3 values, not 2",
+        ),
     ],
     key: "rows",
     headers: &[
@@ -186,10 +197,14 @@ const JUNCTIONS: Kind = Kind {
         ("/step", 2, "breaks=32", "step 4: 32 breaks and 1 repins of 30 junctions"),
         ("/switch", 0, "junctions_slipping=null", "a switch of block 1 without junctions_slipping"),
         ("/switch", 0, "junctions_slipping=11", "11 junctions slip, of 10 at each contact"),
-        ("/fields", 0, "pinned_mean_ratio=null", "pinned_mean_ratio has 0 values, not 3"),
         ("/events/slip", 0, "breaks_end=3", "breaks_end = 3, and breaks_onset = 5"),
         ("/events/slip", 1, "breaks_onset=12", "events differ from number 3"),
     ],
+    refused_bulk: &[(
+        "/fields",
+        |message| changed(message, |state: &mut FieldRecord| state.pinned_mean_ratio.clear()),
+        "pinned_mean_ratio has 0 values, not 3",
+    )],
     key: "junction_count",
     headers: &[(None, "breaks and repins, in a run without junctions")],
 };
@@ -398,6 +413,14 @@ fn messages_that_contradict_each_other_are_refused() {
             let may_be = says.starts_with("events differ");
             let expected = if may_be { Verdict::OtherCode } else { Verdict::Damaged };
             assert!(verdict == expected && said.contains(says), "{topic} {number}: {says}: {said}");
+        }
+        for (topic, change, says) in kind.refused_bulk {
+            let (verdict, said) = forged(&sound, |parts| {
+                let at = messages(parts, topic)[0];
+                parts[at] = parts[at].with_payload(&change(parts[at].payload().unwrap()));
+                correct_end(parts);
+            });
+            assert!(verdict == Verdict::Damaged && said.contains(says), "{topic}: {says}: {said}");
         }
     });
 }

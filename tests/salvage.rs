@@ -44,7 +44,7 @@ impl Log {
     /// It consists mostly of states of all blocks, so it has many chunks.
     fn make() -> Log {
         static USUAL: OnceLock<Arc<Contents>> = OnceLock::new();
-        let scenario = ["default", "--set", "recording.fields_s=0.001", "--set", "time.duration_s=0.6"];
+        let scenario = ["default", "--set", "recording.fields_s=0.0004", "--set", "time.duration_s=0.6"];
         let contents = USUAL.get_or_init(|| Log::with(&scenario).contents).clone();
         Log { folder: asperity_testkit::folder(), contents }
     }

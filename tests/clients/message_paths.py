@@ -11,6 +11,7 @@ import json
 import sys
 
 from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
 from ros_parser.message_path import parse_message_path
 
 MESSAGES = 20
@@ -20,8 +21,14 @@ def find(log, path):
     path = parse_message_path(path)
     found = []
     with open(log, "rb") as file:
-        for _, _, message in make_reader(file, validate_crcs=True).iter_messages(topics=[path.topic]):
-            found.append(path.apply(json.loads(message.data)))
+        for schema, _, message in make_reader(file, validate_crcs=True).iter_messages(topics=[path.topic]):
+            decode = DecoderFactory().decoder_for(schema.encoding, schema)
+            if decode is None:
+                value = json.loads(message.data)
+            else:
+                fields = decode(message.data).ListFields()
+                value = {field.name: list(value) if hasattr(value, "__len__") else value for field, value in fields}
+            found.append(path.apply(value))
             if len(found) == MESSAGES:
                 break
     return found

@@ -3,7 +3,7 @@
     read_log.py RUN.mcap FROM_NS TO_NS
 
 Prints one JSON object: messages per topic after the log's statistics, the status
-that the metadata record `run_end` gives, the last message of each topic as text,
+that the metadata record `run_end` gives, the last message of each topic as JSON,
 and the same for /step and /fields in a range of time. A log without a summary is
 streamed instead, up to where it ends. Exits with a traceback at the first thing
 that is not MCAP as it should be.
@@ -14,14 +14,26 @@ import sys
 
 from mcap.exceptions import EndOfFile, InvalidMagic, RecordLengthLimitExceeded
 from mcap.reader import NonSeekingReader, make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+BINARY = DecoderFactory()
+
+
+def text(schema, channel, message):
+    """A message as JSON; a binary one by the names of its fields, bytes as numbers."""
+    decode = BINARY.decoder_for(channel.message_encoding, schema)
+    if decode is None:
+        return message.data.decode()
+    fields = decode(message.data).ListFields()
+    return json.dumps({field.name: list(value) if hasattr(value, "__len__") else value for field, value in fields})
 
 
 def take(messages):
     found = {}
-    for _, channel, message in messages:
+    for schema, channel, message in messages:
         entry = found.setdefault(channel.topic, {"count": 0})
         entry["count"] += 1
-        entry["last"] = message.data.decode()
+        entry["last"] = text(schema, channel, message)
     return found
 
 
@@ -43,10 +55,10 @@ def streamed(file):
     found = {"streamed": True, "done": False, "status": None, "all": {}}
     messages = NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False)
     try:
-        for _, channel, message in messages:
+        for schema, channel, message in messages:
             entry = found["all"].setdefault(channel.topic, {"count": 0})
             entry["count"] += 1
-            entry["last"] = message.data.decode()
+            entry["last"] = text(schema, channel, message)
         found["done"] = True
     except EndOfFile as error:
         found["ended"] = repr(error)

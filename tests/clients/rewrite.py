@@ -69,10 +69,13 @@ def altered(messages, changes):
         if verb == "twice":
             messages.insert(at, messages[at])
         if verb == "change":
-            # One digit of a load or a place, which fits all other messages.
+            # One digit of a load, or bit of a force, which fits all other messages.
             data = bytearray(messages[at][2].data)
-            place = data.index(b".") + 2
-            data[place] = ord("1") if data[place] != ord("1") else ord("2")
+            if messages[at][1].message_encoding == "protobuf":
+                data[len(data) // 2] ^= 1
+            else:
+                place = data.index(b".") + 2
+                data[place] = ord("1") if data[place] != ord("1") else ord("2")
             messages[at][2].data = bytes(data)
     return messages
 

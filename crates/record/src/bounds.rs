@@ -19,7 +19,7 @@ pub const LONGEST_NAME_BYTES: usize = 4096;
 /// The longest text of a state in a scenario, in bytes.
 pub const LONGEST_STATE_BYTES: usize = 10 << 20;
 
-/// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
+/// Bound on the length of any record. The largest, a state of the longest chain, has some nine
 /// million bytes; a greater length is damage and must not be allocated.
 pub const LONGEST_RECORD_BYTES: usize = 1 << 26;
 
@@ -54,9 +54,9 @@ pub const LONGEST_EVENT_BYTES: usize = 1 << 16;
 /// The longest payload of a step or a switch, in bytes: some twenty numbers.
 pub const LONGEST_STEP_BYTES: usize = 1 << 12;
 
-/// Most bytes per block in a state: eleven numbers of at most 25 characters each, a count of junctions,
-/// and whether the block slides.
-pub const LONGEST_STATE_OF_BLOCK_BYTES: usize = 292;
+/// Most bytes per block in a state: eleven numbers of eight each, a count of junctions of at most five, and
+/// whether the block slides.
+pub const LONGEST_STATE_OF_BLOCK_BYTES: usize = 94;
 
 /// The longest texts and states that the scenarios of a plan name, together.
 pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;

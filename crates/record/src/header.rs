@@ -9,7 +9,7 @@ use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 /// Version of the format of logs: the meaning and layout of records, events and header. Topics, columns and keys
 /// that are added leave it as it is: a reader takes what is absent as absent, and refuses the scenario of a run that
 /// has [`Parts`] unknown to it.
-pub const RECORD_SCHEMA_VERSION: u32 = 6;
+pub const RECORD_SCHEMA_VERSION: u32 = 7;
 
 /// What a run is, known before it starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

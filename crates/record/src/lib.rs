@@ -1,7 +1,7 @@
 //! The common types of all crates: the records of a solver ([`Record`]), the events of detectors
 //! ([`Event`]) and the description of a run ([`RunHeader`], [`RunEnd`]).
 //!
-//! These are plain data with serde and JSON schemas, independent of physics, files and channels. So a
+//! These are plain data with serde and schemas, independent of physics, files and channels. So a
 //! detector that reads a stored log a year from now needs this crate and no other.
 //!
 //! Blocks are numbered from 1, as in the source thesis. Units stand last in
@@ -65,7 +65,7 @@ pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
 pub use extent::{BoundingBox, Extent, Reach};
-pub use fields::{FieldRecord, WindowRecord};
+pub use fields::{BulkField, BulkRecord, FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 pub use magnitude::magnitude;
 pub use observer::{Notice, Observer};

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// Bytes hashed at once. BLAKE3 hashes long inputs several times faster than single messages, so
 /// that the batch pays for the second digest.
-const BATCH_BYTES: usize = 1 << 16;
+const BATCH_BYTES: usize = 1 << 18;
 
 /// The digests of the messages so far.
 #[derive(Debug, Default)]

@@ -15,8 +15,9 @@
 //! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: without it the log is not whole |
 //! | metadata `note` | behind the others, what users noted: author, lab, comment ... |
 //!
-//! Messages are JSON objects, each topic with its JSON schema. `log_time` is simulated time in
-//! nanoseconds; the file contains no wall-clock time. A log is written under a temporary name and
+//! Messages are JSON objects, each topic with its JSON schema; those of `/fields` and `/window` are
+//! [Protocol Buffers](https://protobuf.dev), with the `FileDescriptorSet` of their message. `log_time` is simulated
+//! time in nanoseconds; the file contains no wall-clock time. A log is written under a temporary name and
 //! renamed once it is whole.
 //!
 //! Chunks end between steps. Every chunk and attachment has its checksum, and so have the data and the summary
@@ -120,7 +121,7 @@
 //!
 //! - `format`: names and bounds.
 //! - `problem`: errors of reading and writing.
-//! - `messages`, `metadata`, `digest`: the contents of the file as types.
+//! - `messages`, `descriptor`, `metadata`, `digest`: the contents of the file as types.
 //! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
 //!   lock.
 //! - `note`: the note of a finished log.
@@ -133,6 +134,7 @@
 mod agree;
 mod ahead;
 mod chunk;
+mod descriptor;
 mod digest;
 mod findings;
 mod format;

@@ -7,20 +7,21 @@
 use std::collections::BTreeMap;
 
 use asperity_record::{
-    Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Part, ROWS, Row, RowKind, RunHeader,
-    StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
+    BulkField, BulkRecord, Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Part, ROWS, Row,
+    RowKind, RunHeader, StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
 };
 use mcap::records::MessageHeader;
 use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use crate::agree;
+use crate::descriptor::PACKAGE;
 use crate::format::{
     FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES, STEP, SWITCH, WINDOW,
 };
 use crate::problem::{LogProblem, most};
+use crate::{agree, descriptor};
 
 /// A message that is of its topic and of its run, by itself.
 pub(crate) enum Message {
@@ -58,13 +59,13 @@ impl Message {
                 Message::Switch(message)
             }
             FIELDS => {
-                let record: FieldRecord = decode(topic, head, data)?;
+                let record: FieldRecord = decode_bulk(topic, head, data)?;
                 timed(record.step)?;
                 agree::fields(header, &record)?;
                 Message::Fields(Box::new(record))
             }
             WINDOW => {
-                let record: WindowRecord = decode(topic, head, data)?;
+                let record: WindowRecord = decode_bulk(topic, head, data)?;
                 timed(record.step)?;
                 agree::window(header, &record)?;
                 Message::Window(record)
@@ -112,6 +113,10 @@ pub(crate) fn may_be_as_long(header: &RunHeader, topic: &str, bytes: usize) -> R
 
 fn decode<T: DeserializeOwned>(topic: &str, head: &MessageHeader, data: &[u8]) -> Result<T, LogProblem> {
     serde_json::from_slice(data).map_err(|error| unreadable(topic, head, error))
+}
+
+fn decode_bulk<R: BulkRecord>(topic: &str, head: &MessageHeader, data: &[u8]) -> Result<R, LogProblem> {
+    R::of_message(data).map_err(|problem| unreadable(topic, head, serde_json::Error::custom(problem)))
 }
 
 fn unreadable(topic: &str, head: &MessageHeader, error: serde_json::Error) -> LogProblem {
@@ -337,17 +342,41 @@ impl SwitchMessage {
 pub(crate) struct Topic {
     pub(crate) topic: String,
     pub(crate) schema_name: String,
-    /// The JSON schema as text.
-    pub(crate) schema: String,
+    /// The encoding of messages and that of their schema, as MCAP names them.
+    pub(crate) encodings: [&'static str; 2],
+    pub(crate) schema: Vec<u8>,
+    /// The units of the fields, for the channel's metadata.
+    pub(crate) units: BTreeMap<String, String>,
 }
 
 impl Topic {
     /// The topic of a detector's events.
     pub(crate) fn of(kind: &EventKind) -> Topic {
+        Topic::of_json(kind.topic, &kind.schema_name, kind.schema().to_string())
+    }
+
+    /// A topic of JSON objects with that JSON schema.
+    pub(crate) fn of_json(topic: &str, schema_name: &str, schema: String) -> Topic {
+        let parsed: Value = serde_json::from_str(&schema).unwrap_or_default();
+        let fields = parsed["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
         Topic {
-            topic: kind.topic.to_owned(),
-            schema_name: kind.schema_name.clone(),
-            schema: kind.schema().to_string(),
+            topic: topic.to_owned(),
+            schema_name: schema_name.to_owned(),
+            encodings: ["json", "jsonschema"],
+            units: units(fields.map(String::as_str)),
+            schema: schema.into_bytes(),
+        }
+    }
+
+    /// A topic of binary records, of those fields that the run has.
+    fn of_bulk<R: BulkRecord>(topic: &str, has: impl Fn(&str) -> bool) -> Topic {
+        let fields: Vec<&BulkField> = R::FIELDS.iter().filter(|field| has(field.name)).collect();
+        Topic {
+            topic: topic.to_owned(),
+            schema_name: format!("{PACKAGE}.{}", R::NAME),
+            encodings: ["protobuf"; 2],
+            schema: descriptor::schema(R::NAME, &fields),
+            units: units(fields.iter().map(|field| field.name)),
         }
     }
 }
@@ -371,43 +400,26 @@ const OF_PARTS: [(Part, &[&str]); 4] = [
 /// The topics of records of the run with that header.
 pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
     let parts = header.parts();
-    let lacks = |name: &str| OF_PARTS.iter().any(|(part, names)| !parts.has(*part) && names.contains(&name));
+    let has = |name: &str| OF_PARTS.iter().all(|(part, names)| parts.has(*part) || !names.contains(&name));
     let topic = |topic: &str, name: &str, mut schema: Value| {
         if let Some(properties) = schema["properties"].as_object_mut() {
-            properties.retain(|name, _| !lacks(name));
+            properties.retain(|name, _| has(name));
         }
-        Topic { topic: topic.to_owned(), schema_name: name.to_owned(), schema: schema.to_string() }
+        Topic::of_json(topic, name, schema.to_string())
     };
     let mut topics = vec![
         topic(STEP, "Step", schemars::schema_for!(StepMessage).to_value()),
         topic(SWITCH, "Switch", schemars::schema_for!(SwitchMessage).to_value()),
-        topic(
-            FIELDS,
-            "Fields",
-            with_array_length(schemars::schema_for!(FieldRecord).to_value(), header.blocks),
-        ),
-        topic(WINDOW, "Window", schemars::schema_for!(WindowRecord).to_value()),
+        Topic::of_bulk::<FieldRecord>(FIELDS, has),
+        Topic::of_bulk::<WindowRecord>(WINDOW, has),
     ];
     topics.extend(ROWS.iter().map(|row| Topic::of(&(row.kind)().with(parts))));
     topics
 }
 
-/// Adds to a schema that every array has one value per block.
-fn with_array_length(mut schema: Value, blocks: u32) -> Value {
-    if let Some(Value::Object(properties)) = schema.get_mut("properties") {
-        for property in properties.values_mut().filter(|property| property["type"] == "array") {
-            property["minItems"] = json!(blocks);
-            property["maxItems"] = json!(blocks);
-        }
-    }
-    schema
-}
-
-/// The units of a message's fields, for the channel's metadata: the last parts of the fields' names. Ratios have none.
-pub(crate) fn units(schema: &str) -> BTreeMap<String, String> {
-    let schema: Value = serde_json::from_str(schema).unwrap_or_default();
-    let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
-    let unit = |field: &String| {
+/// The units of a message's fields: the last parts of the fields' names. Ratios have none.
+fn units<'a>(fields: impl Iterator<Item = &'a str>) -> BTreeMap<String, String> {
+    let unit = |field: &str| {
         let unit = unit_of(field).filter(|unit| *unit != "1")?;
         Some((format!("unit:{field}"), unit.to_owned()))
     };

@@ -155,11 +155,7 @@ impl Found {
                 }
             }
         }
-        let record = |topic: &str| Topic {
-            topic: topic.to_owned(),
-            schema_name: String::new(),
-            schema: String::new(),
-        };
+        let record = |topic: &str| Topic::of_json(topic, "", String::new());
         let own = RECORDS.into_iter().chain(ROWS.iter().map(|row| row.topic)).map(record);
         let own = own.chain(events.iter().map(Topic::of));
         for (id, topic) in (1..).zip(own) {
@@ -199,7 +195,7 @@ impl Found {
                     && self.channels.len() < MOST_CHANNELS
                     && self.has_room(channel.topic.len() + schema_name.len() + schema.len())
                 {
-                    self.channels.insert(channel.id, Topic { topic: channel.topic, schema_name, schema });
+                    self.channels.insert(channel.id, Topic::of_json(&channel.topic, &schema_name, schema));
                 }
             }
             _ => {}

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use asperity_files::{Existing, UntilRefused};
 use asperity_record::bounds::check_toml;
 use asperity_record::{
-    Checkpoint, Energy, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
+    BulkRecord, Checkpoint, Energy, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport,
+    StepRecord,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
@@ -22,7 +23,7 @@ use crate::format::{
     BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, LIBRARY, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES,
     PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
-use crate::messages::{self, StepMessage, SwitchMessage, Topic, units};
+use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
 use crate::salvage::Kept;
@@ -139,9 +140,9 @@ impl RunWriter {
         topics.extend(events);
         let mut channels = BTreeMap::new();
         for topic in &topics {
-            let Topic { topic, schema_name, schema } = topic;
-            let schema_id = writer.add_schema(schema_name, "jsonschema", schema.as_bytes()).map_err(at)?;
-            let id = writer.add_channel(schema_id, topic, "json", &units(schema)).map_err(at)?;
+            let Topic { topic, schema_name, encodings: [encoding, of_schema], schema, units } = topic;
+            let schema_id = writer.add_schema(schema_name, of_schema, schema).map_err(at)?;
+            let id = writer.add_channel(schema_id, topic, encoding, units).map_err(at)?;
             chunk_bytes += schema.len() as u64;
             channels.insert(topic.clone(), Channel { id, messages: 0 });
         }
@@ -171,8 +172,8 @@ impl RunWriter {
                 self.energy = Some(record.energy);
                 self.step(record)
             }
-            Record::Fields(record) => self.message(FIELDS, record.step, record),
-            Record::Window(record) => self.message(WINDOW, record.step, record),
+            Record::Fields(record) => self.bulk(FIELDS, record.step, &**record),
+            Record::Window(record) => self.bulk(WINDOW, record.step, record),
             Record::Row(row) => self.event(&row.values),
         }
     }
@@ -217,6 +218,14 @@ impl RunWriter {
             self.message(SWITCH, record.step, &SwitchMessage::new(record, switch))?;
         }
         Ok(())
+    }
+
+    fn bulk(&mut self, topic: &'static str, step: u64, record: &impl BulkRecord) -> Result<(), WriteError> {
+        if record.not_finite().is_some() {
+            return Err(WriteError::NotFinite { topic, step });
+        }
+        self.payload = record.to_message();
+        self.put(topic, None, self.header.time_grid().time_ns(step))
     }
 
     fn message(

@@ -4,7 +4,7 @@
 //
 // Prints one JSON object: messages per topic after the log's statistics, the
 // status that the metadata record `run_end` gives, the last message of each topic
-// as text, and the same for /step and /fields in a range of time. A log without
+// as JSON, and the same for /step and /fields in a range of time. A log without
 // a summary is streamed instead, up to where it ends. Exits with 1 and a message
 // at the first thing that is not MCAP as it should be.
 
@@ -16,14 +16,23 @@ const [modules, log, fromNs, toNs] = process.argv.slice(2);
 const from = createRequire(path.join(modules, "here.cjs"));
 const { McapIndexedReader, McapStreamReader } = from("@mcap/core");
 const { FileHandleReadable } = from("@mcap/nodejs");
-const { loadDecompressHandlers } = from("@mcap/support");
+const { loadDecompressHandlers, protobufFromBinaryDescriptor } = from("@mcap/support");
 
-async function take(messages, channels, found) {
+// A message as JSON; a binary one by the names of its fields, bytes as numbers.
+function text({ encoding, name, data }, message) {
+  if (encoding !== "protobuf") {
+    return new TextDecoder().decode(message);
+  }
+  const type = protobufFromBinaryDescriptor(data).lookupType(name);
+  return JSON.stringify(type.toObject(type.decode(message), { longs: Number, bytes: Array }));
+}
+
+async function take(messages, channels, schemas, found) {
   for await (const message of messages) {
-    const topic = channels.get(message.channelId).topic;
+    const { topic, schemaId } = channels.get(message.channelId);
     const entry = (found[topic] ??= { count: 0 });
     entry.count += 1;
-    entry.last = new TextDecoder().decode(message.data);
+    entry.last = text(schemas.get(schemaId), message.data);
   }
   return found;
 }
@@ -31,7 +40,7 @@ async function take(messages, channels, found) {
 async function indexed(file, decompressHandlers) {
   const readable = new FileHandleReadable(file);
   const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
-  const channels = reader.channelsById;
+  const { channelsById: channels, schemasById: schemas } = reader;
   const counts = {};
   for (const [id, channel] of channels) {
     counts[channel.topic] = Number(reader.statistics.channelMessageCounts.get(id) ?? 0n);
@@ -50,23 +59,25 @@ async function indexed(file, decompressHandlers) {
     counts,
     attachments,
     status: metadata.run_end?.status ?? null,
-    all: await take(reader.readMessages({ validateCrcs: true }), channels, {}),
-    slice: await take(reader.readMessages({ ...range, validateCrcs: true }), channels, {}),
+    all: await take(reader.readMessages({ validateCrcs: true }), channels, schemas, {}),
+    slice: await take(reader.readMessages({ ...range, validateCrcs: true }), channels, schemas, {}),
   };
 }
 
 async function streamed(file, decompressHandlers) {
   const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
-  const channels = new Map();
+  const [channels, schemas] = [new Map(), new Map()];
   const all = {};
   let status = null;
   for await (const bytes of file.createReadStream({ start: 0 })) {
     reader.append(bytes);
     for (let record; (record = reader.nextRecord()); ) {
-      if (record.type === "Channel") {
+      if (record.type === "Schema") {
+        schemas.set(record.id, record);
+      } else if (record.type === "Channel") {
         channels.set(record.id, record);
       } else if (record.type === "Message") {
-        await take([record], channels, all);
+        await take([record], channels, schemas, all);
       } else if (record.type === "Metadata" && record.name === "run_end") {
         status = record.metadata.get("status");
       }

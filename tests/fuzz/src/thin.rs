@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::{BulkRecord, FieldRecord};
 use mcap::records::op;
 
 use super::parts::{Part, correct_end};
@@ -41,8 +42,11 @@ pub fn thinned(sound: &[Part]) -> Vec<Part> {
             }
             (slid, step) = (slides, number(part, "step"));
         }
-        if states.contains(&at) && number(part, "step") != step {
-            continue;
+        if states.contains(&at) {
+            let state = FieldRecord::of_message(part.payload().unwrap_or_default()).expect("it is a state");
+            if state.step != step {
+                continue;
+            }
         }
         thin.push(match (part.opcode, part.name()) {
             (op::SCHEMA, _) => Part::new(op::SCHEMA, small_schema(&part.body)),

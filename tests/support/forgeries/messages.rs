@@ -1,5 +1,7 @@
 //! Forged messages: their contents, their order, and the events among them.
 
+use asperity_record::{BulkRecord, FieldRecord, WindowRecord};
+use asperity_testkit::changed;
 use mcap::records::op;
 
 use super::Verdict::{Damaged, Whole};
@@ -45,17 +47,32 @@ impl Forge {
         self.message("one-end", "/step", "\"ft_fn\":", end, ends, "a force on one end and none on the other");
         let short = "states of fewer blocks than there are";
         self.parts("fields-short", short, "displacement_m has 1 values", |parts| {
-            change(parts, "/fields", |message| message["displacement_m"] = serde_json::json!([0.0]));
+            change_state(parts, |state| state.displacement_m = vec![0.0]);
         });
         let detached = "states that say of a stuck block that it slides";
         self.parts("fields-detached", detached, "but its switches leave it stuck", |parts| {
-            change(parts, "/fields", |message| message["detached"][0] = 1.into());
+            change_state(parts, |state| state.detached[0] = 1);
         });
-        let window = |first: u32| {
-            format!(
-                "{{\"window\":0,\"step\":0,\"time_s\":0.0,\"sliding\":0,\"first_block\":{first},\
-                 \"displacement_m\":[0.0,0.0],\"velocity_m_per_s\":[0.0,0.0],\"tangential_force_n\":[0.0,0.0]}}"
-            )
+        let infinite = "states with a number that is not finite";
+        let says = "message 0 of /fields cannot be read: velocity_m_per_s has a number that is not finite";
+        self.parts("fields-not-finite", infinite, says, |parts| {
+            change_state(parts, |state| state.velocity_m_per_s[1] = f64::NEG_INFINITY);
+        });
+        let extra = "states with a field that is not in their schema";
+        self.parts(
+            "fields-extra-field",
+            extra,
+            "of /fields cannot be read: its known fields have",
+            |parts| {
+                let at = messages(parts, "/fields")[0];
+                parts[at].body.extend(b"\xf8\x01\x00");
+            },
+        );
+        let window = |first_block: u32| {
+            let [displacement_m, velocity_m_per_s, tangential_force_n] = [[0.0; 2]; 3].map(Vec::from);
+            let record =
+                WindowRecord { first_block, displacement_m, velocity_m_per_s, ..WindowRecord::default() };
+            WindowRecord { tangential_force_n, ..record }.to_message()
         };
         for (name, first) in [("window-from-block-0", 0), ("window-beyond-the-chain", 100_000)] {
             let what = "states of blocks that the chain does not have";
@@ -64,7 +81,7 @@ impl Forge {
                     parts.iter().find(|part| part.opcode == op::CHANNEL && part.name() == Some("/window"));
                 let id = channel.and_then(Part::channel_id).expect("windows have a channel");
                 let at = messages(parts, "/step")[0];
-                parts.insert(at, Part::message(id, 0, 0, window(first).as_bytes()));
+                parts.insert(at, Part::message(id, 0, 0, &window(first)));
             });
         }
         self.parts(
@@ -184,4 +201,10 @@ fn change(parts: &mut [Part], topic: &str, change: impl FnOnce(&mut serde_json::
         serde_json::from_str(payload(&parts[at])).expect("messages are JSON");
     change(&mut message);
     parts[at] = parts[at].with_payload(message.to_string().as_bytes());
+}
+
+/// Changes the first state.
+fn change_state(parts: &mut [Part], change: impl FnOnce(&mut FieldRecord)) {
+    let at = messages(parts, "/fields")[0];
+    parts[at] = parts[at].with_payload(&changed(parts[at].payload().expect("it is a message"), change));
 }

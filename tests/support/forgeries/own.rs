@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use asperity_record::FieldRecord;
+use asperity_testkit::changed;
 use mcap::records::op;
 use serde_json::{Value, json};
 
@@ -82,7 +84,9 @@ impl Forge {
         for (name, number) in [("again-start", 0), ("again-state", 2)] {
             self.parts(name, what, says, |parts| {
                 let at = messages(parts, "/fields")[number];
-                change(parts, at, |message| message["displacement_m"][4] = json!(1e-3));
+                let state = parts[at].payload().expect("it is a message");
+                let other = changed(state, |state: &mut FieldRecord| state.displacement_m[4] = 1e-3);
+                parts[at] = parts[at].with_payload(&other);
             });
         }
         self.parts("again-heat", what, says, |parts| {

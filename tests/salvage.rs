@@ -202,7 +202,7 @@ fn chunks_that_are_gone_there_twice_or_of_another_slider_are_noticed() {
     assert_eq!(first_stray(&read_until_problem(&out).0, &log.items), None);
     assert_eq!(asperity_run::check(&out).verdict, Verdict::Salvaged);
 
-    let other = ["recording.fields_s=0.0005", "time.duration_s=0.6", "slider.blocks=50"];
+    let other = ["recording.fields_s=0.0002", "time.duration_s=0.6", "slider.blocks=50"];
     let other = Log::with(&with_sets(&["default"], &other));
     let foreign = &other.bytes[other.chunks[1].clone()];
     let among = [&b[..third.start], foreign, &b[third.start..]].concat();

@@ -7,14 +7,13 @@ Exits with a traceback at the first thing that is not as promised.
 """
 
 import collections
-import json
 import pathlib
 import sys
 
 import pandas
 import polars
 from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory
+from messages import fields
 from polars.testing import assert_frame_equal
 
 RECORDS = {"/step", "/switch", "/fields", "/window"}
@@ -30,13 +29,9 @@ def check_log(path):
 
         messages = collections.defaultdict(list)
         for schema, channel, message in reader.iter_messages():
-            encodings = (channel.message_encoding, schema.encoding)
-            if channel.topic in BINARY:
-                assert encodings == ("protobuf", "protobuf"), channel.topic
-                messages[channel.topic].append(DecoderFactory().decoder_for("protobuf", schema)(message.data))
-                continue
-            assert encodings == ("json", "jsonschema") and schema.data, channel.topic
-            messages[channel.topic].append(json.loads(message.data))
+            encodings = ("protobuf", "protobuf") if channel.topic in BINARY else ("json", "jsonschema")
+            assert (channel.message_encoding, schema.encoding) == encodings and schema.data, channel.topic
+            messages[channel.topic].append(fields(schema, channel, message))
 
         metadata = {record.name: record.metadata for record in reader.iter_metadata()}
         assert set(metadata) == {"run", "run_end"}, set(metadata)
@@ -54,7 +49,7 @@ def check_log(path):
     # The default slider in ten blocks carries 400 N all the time, and its first
     # event is one of block 1 alone at 0.578954 s.
     assert all(step["normal_load_n"] == 400.0 for step in messages["/step"])
-    assert all(len(fields.displacement_m) == 10 for fields in messages["/fields"])
+    assert all(len(state["displacement_m"]) == 10 for state in messages["/fields"])
     first = messages["/events/slip"][0]
     assert (first["first_block"], first["last_block"]) == (1, 1), first
     assert abs(first["onset_s"] - 0.578954) < 1e-6, first

@@ -18,6 +18,7 @@ import pandas
 import polars
 import pyarrow.parquet
 from mcap.reader import make_reader
+from messages import fields
 
 # Per block in the log, and so one row per block in a table.
 PER_BLOCK = {"/fields", "/window"}
@@ -29,8 +30,8 @@ def rows_of(log):
     with open(log, "rb") as file:
         reader = make_reader(file, validate_crcs=True)
         rows = {channel.topic: [] for channel in reader.get_summary().channels.values()}
-        for _, channel, message in reader.iter_messages():
-            message = json.loads(message.data)
+        for schema, channel, message in reader.iter_messages():
+            message = fields(schema, channel, message)
             if channel.topic not in PER_BLOCK:
                 rows[channel.topic].append(message)
                 continue

@@ -11,7 +11,7 @@ import json
 import sys
 
 from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory
+from messages import fields
 from ros_parser.message_path import parse_message_path
 
 MESSAGES = 20
@@ -21,14 +21,8 @@ def find(log, path):
     path = parse_message_path(path)
     found = []
     with open(log, "rb") as file:
-        for schema, _, message in make_reader(file, validate_crcs=True).iter_messages(topics=[path.topic]):
-            decode = DecoderFactory().decoder_for(schema.encoding, schema)
-            if decode is None:
-                value = json.loads(message.data)
-            else:
-                fields = decode(message.data).ListFields()
-                value = {field.name: list(value) if hasattr(value, "__len__") else value for field, value in fields}
-            found.append(path.apply(value))
+        for one in make_reader(file, validate_crcs=True).iter_messages(topics=[path.topic]):
+            found.append(path.apply(fields(*one)))
             if len(found) == MESSAGES:
                 break
     return found

@@ -14,18 +14,7 @@ import sys
 
 from mcap.exceptions import EndOfFile, InvalidMagic, RecordLengthLimitExceeded
 from mcap.reader import NonSeekingReader, make_reader
-from mcap_protobuf.decoder import DecoderFactory
-
-BINARY = DecoderFactory()
-
-
-def text(schema, channel, message):
-    """A message as JSON; a binary one by the names of its fields, bytes as numbers."""
-    decode = BINARY.decoder_for(channel.message_encoding, schema)
-    if decode is None:
-        return message.data.decode()
-    fields = decode(message.data).ListFields()
-    return json.dumps({field.name: list(value) if hasattr(value, "__len__") else value for field, value in fields})
+from messages import fields
 
 
 def take(messages):
@@ -33,7 +22,7 @@ def take(messages):
     for schema, channel, message in messages:
         entry = found.setdefault(channel.topic, {"count": 0})
         entry["count"] += 1
-        entry["last"] = text(schema, channel, message)
+        entry["last"] = json.dumps(fields(schema, channel, message))
     return found
 
 
@@ -58,7 +47,7 @@ def streamed(file):
         for schema, channel, message in messages:
             entry = found["all"].setdefault(channel.topic, {"count": 0})
             entry["count"] += 1
-            entry["last"] = text(schema, channel, message)
+            entry["last"] = json.dumps(fields(schema, channel, message))
         found["done"] = True
     except EndOfFile as error:
         found["ended"] = repr(error)

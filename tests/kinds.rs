@@ -39,12 +39,15 @@ struct Kind {
     matches: Option<(&'static str, &'static str)>,
     /// Forged messages: the topic, the number, keys that are changed, or removed by null, and what is said of it.
     refused: &'static [(&'static str, usize, &'static str, &'static str)],
-    /// The same of binary messages.
-    refused_bulk: &'static [(&'static str, fn(&[u8]) -> Vec<u8>, &'static str)],
+    /// The same of binary messages: the topic, a change of its first message, and what is said of it.
+    refused_bulk: &'static [(&'static str, Change, &'static str)],
     /// The key of the header that makes the kind, with other values or without, and what is said of it.
     key: &'static str,
     headers: &'static [(Option<&'static str>, &'static str)],
 }
+
+/// Another message in the place of one.
+type Change = fn(&[u8]) -> Vec<u8>;
 
 /// Keys or columns, each with a value in JSON.
 fn values(text: &str) -> impl Iterator<Item = (&str, Value)> {

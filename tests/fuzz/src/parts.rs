@@ -175,13 +175,7 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
             }
             LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
             LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
-            LinearReadEvent::Record { opcode, data } => {
-                // What earlier code states of its chunks, which nothing reads, would not hold of other ones.
-                let part = Part::new(opcode, data);
-                if part.opcode != op::METADATA || part.name() != Some("chunk") {
-                    parts.push(part);
-                }
-            }
+            LinearReadEvent::Record { opcode, data } => parts.push(Part::new(opcode, data)),
         }
     }
 }

@@ -76,7 +76,7 @@ pub use nodes::Nodes;
 pub use open_log::{OpenLog, Reading, Unread, read_once};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
-pub use run::{Begin, Outcome, RunError, Task, Threads, run};
+pub use run::{Begin, Derived, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
 pub use start::Opened;

@@ -37,6 +37,17 @@ pub struct Task<'a> {
     pub detectors: Vec<Box<dyn Detector>>,
     /// The threads of the run.
     pub threads: Threads,
+    /// What follows from scenario and solver, if it is known; whoever derived it has told the warnings.
+    pub derived: Option<Derived>,
+}
+
+/// What follows from the scenario of a run and its solver.
+#[derive(Debug, Clone)]
+pub struct Derived {
+    /// The numbers of its physics.
+    pub plan: Plan,
+    /// The header of its log.
+    pub header: RunHeader,
 }
 
 /// The threads of a run. The result is the same either way.
@@ -58,6 +69,7 @@ impl<'a> Task<'a> {
             log: None,
             detectors: Vec::new(),
             threads: Threads::default(),
+            derived: None,
         }
     }
 
@@ -86,9 +98,15 @@ impl<'a> Task<'a> {
         self
     }
 
+    /// What follows from its scenario and solver.
+    pub fn derive(&self) -> Derived {
+        let plan = Plan::new(self.scenario);
+        Derived { header: header(self.scenario, &plan, self.solver.name()), plan }
+    }
+
     /// The header of the run's log.
     pub fn header(&self) -> RunHeader {
-        header(self.scenario, &Plan::new(self.scenario), self.solver.name())
+        self.derive().header
     }
 
     /// Whether an unfinished log of this run exists at its target.
@@ -228,7 +246,7 @@ enum End {
 /// # Errors
 /// If the run did not finish, see [`RunError`].
 pub fn run(
-    task: Task<'_>,
+    mut task: Task<'_>,
     begin: Begin,
     stop: &(dyn Fn() -> bool + Sync),
     observer: &mut dyn Observer,
@@ -237,12 +255,16 @@ pub fn run(
     if !SolverKind::of(law).contains(&task.solver) {
         return Err(RunError::Solver { solver: task.solver, law });
     }
-    let plan = Plan::new(task.scenario);
-    let header = header(task.scenario, &plan, task.solver.name());
-    for warning in task.scenario.warnings() {
-        observer.notice(Notice::Warning(&warning.text));
-    }
-    let Task { scenario, solver, log, detectors: own, threads } = task;
+    let Derived { plan, header } = match task.derived.take() {
+        Some(derived) => derived,
+        None => {
+            for warning in task.scenario.warnings() {
+                observer.notice(Notice::Warning(&warning.text));
+            }
+            task.derive()
+        }
+    };
+    let Task { scenario, solver, log, detectors: own, threads, .. } = task;
     let mut detectors = Settings::default().start(&header, None).with_spring_factors(plan.spring_factors());
     own.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;

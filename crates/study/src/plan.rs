@@ -18,7 +18,7 @@ use asperity_model::scenario::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_PLAN_BYTES};
 use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_run::{CODE_VERSION, Opened, Task, at_once};
+use asperity_run::{CODE_VERSION, Derived, Opened, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};
@@ -338,12 +338,20 @@ impl Plan {
     /// # Errors
     /// If they are not those planned.
     pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
+        self.derive(row).map(|(scenario, Derived { header, .. })| (scenario, header))
+    }
+
+    /// The scenario of a run, and what follows from it, likewise.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub(crate) fn derive(&self, row: &Row) -> Result<(Scenario, Derived), String> {
         let scenario = self.resolve(row)?;
-        let header = Task::new(&scenario).header();
-        if self.common.code_version == CODE_VERSION && row.id.as_ref() != Some(&header.run_id) {
+        let derived = Task::new(&scenario).derive();
+        if self.common.code_version == CODE_VERSION && row.id.as_ref() != Some(&derived.header.run_id) {
             return Err("its scenario has changed since it was planned".to_owned());
         }
-        Ok((scenario, header))
+        Ok((scenario, derived))
     }
 }
 

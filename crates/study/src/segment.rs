@@ -138,7 +138,7 @@ pub fn packed(result: &RunResult) -> io::Result<Vec<u8>> {
         /// Building its tables costs more time than compressing a short result.
         static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
     }
-    let line = serde_json::to_vec(result)?;
+    let line = result.to_json()?;
     if line.len() > LONGEST_RESULT_BYTES {
         let problem = format!("a result of {} bytes (accepted: up to {LONGEST_RESULT_BYTES})", line.len());
         return Err(io::Error::other(problem));
@@ -168,7 +168,7 @@ pub fn unpacked(packed: &[u8]) -> io::Result<RunResult> {
     }
     let line = decompress(packed, length as usize);
     let line = line.map_err(|error| refused(format!("{error} (accepted: a zstd frame)")))?;
-    serde_json::from_slice(&line)
+    RunResult::from_json(&line)
         .map_err(|error| refused(format!("{error} (accepted: a result by this program)")))
 }
 

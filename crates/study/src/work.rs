@@ -10,11 +10,11 @@ use std::time::Duration;
 use asperity_files::create_folder;
 use asperity_model::Scenario;
 use asperity_numbers::{RunOutcome, RunResult, Summarizer};
-use asperity_record::{Event, Record, RunHeader, Rupture, SlipEvent};
+use asperity_record::{Event, Record, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
-    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, Threads, at_once,
-    run,
+    Begin, CHECKPOINT_INTERVAL, Derived, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, Threads,
+    at_once, run,
 };
 use asperity_runlog::{Existing, WriteError};
 
@@ -179,9 +179,9 @@ impl<'a> Making<'a> {
     /// [`staging`].
     fn make_numbered(&self, plan: &Plan, row: &Row) -> Result<(Made, Option<RunOutcome>), StudyError> {
         let failed = |error: &dyn std::fmt::Display| StudyError::Failed(format!("run {}: {error}", row.run));
-        let (scenario, header) = plan.scenario(row).map_err(|error| failed(&error))?;
+        let (scenario, derived) = plan.derive(row).map_err(|error| failed(&error))?;
         let path = staging::log(self.folder, row.run);
-        let begin = |begin| self.make_from(begin, plan, row, (&scenario, &header), &path);
+        let begin = |begin| self.make_from(begin, plan, row, (&scenario, &derived), &path);
         let mut made = begin(Begin::GoOn);
         // A run that cannot be resumed, or whose whole log has no recorded result, is repeated.
         if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
@@ -201,7 +201,7 @@ impl<'a> Making<'a> {
             Ok(outcome) => outcome,
             Err(error) => return unmade(error, |error| failed(error)).map(|made| (made, None)),
         };
-        let summary = summarizer.finish(true, Some(&outcome.into_end(header.steps)));
+        let summary = summarizer.finish(true, Some(&outcome.into_end(derived.header.steps)));
         Ok((Made::Done, Some(RunOutcome { summary, slips, ruptures })))
     }
 
@@ -210,7 +210,7 @@ impl<'a> Making<'a> {
         begin: Begin,
         plan: &Plan,
         row: &Row,
-        (scenario, header): (&Scenario, &RunHeader),
+        (scenario, derived): (&Scenario, &Derived),
         path: &Path,
     ) -> (Result<Outcome, RunError>, Kept<'a>) {
         let keeps = |keep: Keep| plan.common.keep.contains(&keep);
@@ -227,13 +227,13 @@ impl<'a> Making<'a> {
             ..LogTo::new(path)
         };
         // The other cores have runs of their own.
-        let task = Task::new(scenario).on_one_thread();
+        let task = Task { derived: Some(derived.clone()), ..Task::new(scenario) }.on_one_thread();
         let task = if self.again { task } else { task.log_to(log) };
         let mut kept = Kept {
             label: plan.label(row.run),
             watcher: self.watcher,
             keeps: [Keep::Events, Keep::Ruptures].map(keeps),
-            summarizer: Summarizer::new(&row.run.to_string(), header, Some(scenario)),
+            summarizer: Summarizer::new(&row.run.to_string(), &derived.header, Some(scenario)),
             slips: Vec::new(),
             ruptures: Vec::new(),
         };

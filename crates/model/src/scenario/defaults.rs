@@ -1,6 +1,7 @@
 //! Checks every written value against its key and fills in defaults for the rest.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use asperity_record::unit_of;
@@ -11,18 +12,27 @@ use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::source::{Entries, Entry, ScenarioError};
 use crate::scenario::suggest;
 
+/// The defaults of the sets as-stated and as-coded.
+static DEFAULTS: LazyLock<[toml::Table; 2]> = LazyLock::new(|| {
+    [false, true].map(|is_as_coded| {
+        let mut table = toml::Table::new();
+        for key in KEYS.iter() {
+            let default = key.default_in(is_as_coded).expect("only keys of windows lack one");
+            insert(&mut table, key.path, default.clone());
+        }
+        table
+    })
+});
+
 /// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
     unknown_keys(&entries.values, &KEYS, "", errors);
     let named = entries.values.get("parameter_set").and_then(|entry| entry.value.as_ref());
     let set = named.and_then(Value::as_str).unwrap_or(AS_STATED);
-    let mut table = toml::Table::new();
+    let mut table = DEFAULTS[usize::from(set == keys::AS_CODED)].clone();
+    insert(&mut table, "parameter_set", Value::String(set.to_owned()));
     for key in KEYS.iter() {
-        let value = match entries.values.get(key.path) {
-            Some(entry) => checked(key, key.path, entry, errors),
-            None if key.path == "parameter_set" => Some(Value::String(set.to_owned())),
-            None => key.default_in(set == keys::AS_CODED).cloned(),
-        };
+        let value = entries.values.get(key.path).and_then(|entry| checked(key, key.path, entry, errors));
         if let Some(value) = value {
             insert(&mut table, key.path, value);
         }

@@ -3,6 +3,8 @@
 //! A scenario that sets such a key is refused, because the value would have no effect. A law fixes what its unused keys
 //! would choose, and may have a default of its own for a key of all laws.
 
+use std::sync::LazyLock;
+
 use serde::Serialize;
 use toml::Value;
 
@@ -18,12 +20,19 @@ const REATTACH: &str = "friction.reattach";
 /// The start of a run.
 const START: &str = "time.start";
 
+/// The keys that each law lacks.
+static LACKED: LazyLock<Vec<(FrictionLaw, Vec<&Key>)>> = LazyLock::new(|| {
+    let lacked = |law: &FrictionLaw| KEYS.iter().filter(|key| law.lacks(key.path)).collect();
+    FrictionLaw::ALL.iter().map(|law| (*law, lacked(law))).collect()
+});
+
 /// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
 /// values are refused in scenarios and ignored in logs.
 pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
     let entries = refusals.entries;
     let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
-    for key in KEYS.iter().filter(|key| law.lacks(key.path)) {
+    let (_, lacked) = LACKED.iter().find(|(of, _)| *of == law).expect("all laws are there");
+    for key in lacked {
         // Where it cannot be chosen, a contact re-attaches whichever way it slid.
         let (fixed, why) = match key.path {
             REATTACH => (
@@ -33,8 +42,10 @@ pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>
             _ => (key.default_in(true).expect("keys of laws have defaults").clone(), ""),
         };
         let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
-        let is_written = entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log);
-        if is_written && table[section][name] != fixed {
+        if table[section][name] == fixed {
+            continue;
+        }
+        if entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log) {
             let (of, laws) =
                 among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(key.path)));
             refusals.refuse_without_meaning(key, &fixed, &of, why, &laws);

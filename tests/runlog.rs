@@ -368,6 +368,28 @@ fn check_tells_whole_from_incomplete_wherever_a_log_is_cut() {
     assert_eq!(binary::outcome(&["check", text(&log.path), text(&other)]).0, 3);
 }
 
+#[test]
+fn a_quick_look_prints_the_same_and_says_that_nothing_was_verified() {
+    let log = Log::make();
+    let [cut, damaged] = ["cut.mcap", "damaged.mcap"].map(|name| log.folder.path().join(name));
+    let mut bytes = log.bytes.clone();
+    fs::write(&cut, &bytes[..bytes.len() / 2]).expect("the folder can be written");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&damaged, &bytes).expect("the folder can be written");
+    for command in [&["events"][..], &["catalogue"], &["summary", "--format", "json"]] {
+        for (path, code, says) in
+            [(&log.path, 0, "not verified: "), (&cut, 3, "incomplete: "), (&damaged, 4, "damaged: ")]
+        {
+            let outcome = |more: &[&str]| binary::outcome(&[command, more, &[text(path)]].concat());
+            let ((expected, whole, _), (found, quick, said)) = (outcome(&[]), outcome(&["--quick"]));
+            assert_eq!((found, expected), (code, code), "{command:?}: {said}");
+            assert_eq!(quick, whole, "{command:?} {path:?}");
+            assert!(said.contains(says), "{said}");
+        }
+    }
+}
+
 /// The MCAP library finishes a file as its writer is dropped, in a panic as well: the resulting file must
 /// not count as a complete log.
 #[test]

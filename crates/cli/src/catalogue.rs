@@ -9,7 +9,7 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::gutenberg_richter::{FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
-use asperity_record::{Cell, Event, Observer, Rupture, counted};
+use asperity_record::{Arrival, Cell, Event, EventPayload, Observer, Rupture, counted};
 use asperity_run::{Checked, OpenLog};
 use asperity_study::Keep;
 use asperity_study::plan::FILE;
@@ -47,6 +47,7 @@ Examples:
   asperity catalogue out/chapter5/runs/*.mcap --format quakeml > out/all.xml
   asperity catalogue out/mine.mcap --format statistics
   asperity catalogue out/precursors --format statistics
+  asperity catalogue out/mine.mcap --quick --format statistics
 
 Each rupture that has ended is an earthquake. Its magnitude is the moment
 magnitude, (2/3) (log10 M_0 - 9.1). Simulated time 0 is the beginning of 1970,
@@ -63,6 +64,10 @@ pub(crate) struct CatalogueArguments {
     /// Richter fits best].
     #[arg(long, value_name = "MAGNITUDE", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) completeness: Option<f64>,
+    /// Read only what is needed, found by the index of the file, and verify
+    /// nothing: for a look at a long log.
+    #[arg(long)]
+    pub(crate) quick: bool,
 }
 
 /// The columns of the table: name, and cell of an entry.
@@ -102,7 +107,7 @@ fn number(value: Option<f64>) -> Cell {
 
 /// Prints the catalogue, then the verdicts on the logs and studies.
 pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(), Failure> {
-    let CatalogueArguments { paths, format, completeness } = arguments;
+    let CatalogueArguments { paths, format, completeness, quick } = arguments;
     if completeness.is_some() && *format != CatalogueFormat::Statistics {
         return Err(Failure::BadInput(
             "--completeness has no meaning here (accepted: with --format statistics)".to_owned(),
@@ -119,7 +124,7 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
     for path in paths {
         let number = sources.len() + 1;
         let read = if path.join(FILE).exists() { of_study } else { of_log };
-        match read(path, number, board) {
+        match read(path, number, *quick, board) {
             Ok((source, outcome)) => {
                 sources.push(source);
                 end(outcome);
@@ -167,27 +172,33 @@ fn note_others(path: &Path, others: usize, board: &Board) {
 }
 
 /// Reads the sound part of a log.
-fn read_log(run: &Path, named: (usize, u64), board: &Board) -> Result<(OfRun, Checked), Failure> {
+fn read_log(
+    run: &Path,
+    named: (usize, u64),
+    quick: bool,
+    board: &Board,
+) -> Result<(OfRun, Checked), Failure> {
     let mut id = String::new();
     let begin = |log: &OpenLog| {
         id.clone_from(&log.header().run_id);
         Ok(Catalogue::new(log.header(), log.needed_scenario()?))
     };
-    let Reading { checked, observer, .. } = reading::once(run, begin, |_| Ok(()))?;
+    let skims: &[_] = if quick { &[Rupture::TOPIC, Arrival::TOPIC] } else { &[] };
+    let Reading { checked, observer, .. } = reading::once(run, skims, begin, |_| Ok(()))?;
     let (entries, others) = observer.finish();
     note_others(run, others, board);
     Ok((OfRun { name: name_of(run), events: name_of_events(named.0, named.1, &id), entries }, checked))
 }
 
 /// The ruptures of the sound part of a log; the outcome is its verdict.
-fn of_log(run: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
-    let (of_run, checked) = read_log(run, (number, 1), board)?;
+fn of_log(run: &Path, number: usize, quick: bool, board: &Board) -> Result<Read, Failure> {
+    let (of_run, checked) = read_log(run, (number, 1), quick, board)?;
     let source = Source { path: run.display().to_string(), is_study: false, runs: vec![of_run] };
     Ok((source, verdict_exit::finish(run, &checked, board)))
 }
 
 /// The ruptures of all runs of a study that have results or logs; the outcome is that of the study.
-fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure> {
+fn of_study(folder: &Path, number: usize, quick: bool, board: &Board) -> Result<Read, Failure> {
     let (plan, results) = read(folder)?;
     results.check()?;
     if !plan.common.keep.contains(&Keep::Ruptures) {
@@ -215,7 +226,7 @@ fn of_study(folder: &Path, number: usize, board: &Board) -> Result<Read, Failure
             }
             State::Logged => {
                 let named = plan.named(row.run).expect("only runs with names have logs as results");
-                let (of_run, checked) = read_log(&named.log(folder), (number, row.run), board)?;
+                let (of_run, checked) = read_log(&named.log(folder), (number, row.run), quick, board)?;
                 verdict_exit::finish(&named.log(folder), &checked, board)?;
                 runs.push(of_run);
             }

@@ -164,7 +164,7 @@ fn read_log(path: &Path) -> Result<RunLog, Failure> {
     let begin =
         |log: &OpenLog| Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log)));
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
-    let Reading { checked, observer, has_ruptures } = reading::once(path, begin, accept)?;
+    let Reading { checked, observer, has_ruptures } = reading::once(path, &[], begin, accept)?;
     Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))
 }
 

@@ -102,7 +102,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
         Collector::of_log(&name, header, scenario, required)
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, begin, accept)?;
+    let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, &[], begin, accept)?;
     add_nodes(run, &checked, &mut collector)?;
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let mut drawn: Vec<PathBuf> = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use asperity_record::{Event, Observer, Parts};
+use asperity_record::{Event, EventPayload, Observer, Parts, SlipEvent};
 use asperity_run::{OpenLog, Verdict};
 use clap::Args;
 
@@ -16,6 +16,7 @@ use crate::{terminal, verdict_exit};
 Examples:
   asperity events out/mine.mcap --format csv
   asperity events out/mine.mcap --format json | python3 -m json.tool
+  asperity events out/mine.mcap --quick
 
 As a filter for `git diff` of run logs:
   git config diff.asperity.textconv 'asperity events'")]
@@ -26,11 +27,16 @@ pub(crate) struct EventsArguments {
     /// How to print the table.
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: TableFormat,
+    /// Read only what is needed, found by the index of the file, and verify
+    /// nothing: for a look at a long log.
+    #[arg(long)]
+    pub(crate) quick: bool,
 }
 
 /// Prints the events of the sound part of a log, then its verdict.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
-    let opened = OpenLog::open(&arguments.run);
+    let skims: &[_] = if arguments.quick { &[SlipEvent::TOPIC] } else { &[] };
+    let opened = OpenLog::to_skim(&arguments.run, skims);
     let parts = opened.as_ref().map_or(Parts::default(), |log| log.header().parts());
     let mut printing = Printing { format: arguments.format, parts, printed: None };
     let checked = opened.map_or_else(|checked| *checked, |log| log.check(&mut printing));

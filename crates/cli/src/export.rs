@@ -275,7 +275,7 @@ fn curves(
         Collector::of_log(&request.name, log.header(), log.needed_scenario()?, named.required_data(&keys))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer, has_ruptures } = reading::once(run, begin, accept)?;
+    let Reading { checked, observer, has_ruptures } = reading::once(run, &[], begin, accept)?;
     let data = observer.finish(has_ruptures, checked.seen.end.as_ref());
     let curves = named.of(&data, &keys).map_err(Failure::failed)?;
     let mut table = asperity_tables::curves::table(named, &curves);

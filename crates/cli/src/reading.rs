@@ -16,10 +16,11 @@ pub(crate) use asperity_run::Reading;
 /// If it is not a run log, is not accepted, or cannot be observed.
 pub(crate) fn once<O: Observer>(
     run: &Path,
+    skims: &'static [&'static str],
     begin: impl FnOnce(&OpenLog) -> Result<O, String>,
     accept: impl FnOnce(&Checked) -> Result<(), Failure>,
 ) -> Result<Reading<O>, Failure> {
-    read_once(run, begin, accept).map_err(|unread| match unread {
+    read_once(run, skims, begin, accept).map_err(|unread| match unread {
         Unread::NoRunLog(checked) => verdict_exit::failure(run, &checked),
         Unread::Refused(failure) => failure,
         Unread::Unobserved { verdict, problem } => unreadable(run, verdict, problem),

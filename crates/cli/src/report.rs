@@ -184,7 +184,8 @@ fn run(
         shown = Some((header.clone(), scenario.clone()));
         Ok((summarizer, PageCollector::new(header.steps, header.contacts(), limits)))
     };
-    let Reading { checked, observer: (summarizer, page), has_ruptures } = reading::once(log, begin, accept)?;
+    let Reading { checked, observer: (summarizer, page), has_ruptures } =
+        reading::once(log, &[], begin, accept)?;
     let (header, scenario) = shown.expect("what is observed has begun");
     let run = Run {
         name: name.to_owned(),

@@ -110,7 +110,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         Ok((collector, loads))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: (collector, loads), has_ruptures } = reading::once(run, begin, accept)?;
+    let Reading { checked, observer: (collector, loads), has_ruptures } =
+        reading::once(run, &[], begin, accept)?;
     loads.0.and_then(LoadTable::finish).map_err(StudyError::from)?;
     let verdict = checked.verdict;
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_model::{Scenario, WRONG_FRONT};
 use asperity_numbers::{Summarizer, Summary, text};
-use asperity_record::counted;
+use asperity_record::{EventPayload, Rupture, SlipEvent, counted};
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_tables::{CsvRows, Spelling};
 use clap::{Args, ValueEnum};
@@ -33,6 +33,7 @@ Examples:
   asperity summary out/chapter5/runs/*.mcap
   asperity summary out/chapter5/runs/*.mcap --format csv > out/summary.csv
   asperity summary out/mine.mcap --format json | python3 -m json.tool
+  asperity summary out/mine.mcap --quick
   asperity summary --schema > out/summary.schema.json
 
 Numbers describe ruptures: sets of detachments that a front connects, whatever
@@ -47,8 +48,12 @@ pub(crate) struct SummaryArguments {
     /// How to print it.
     #[arg(long, value_enum, default_value = "text")]
     pub(crate) format: SummaryFormat,
+    /// Read only what is needed, found by the index of the file, and verify
+    /// nothing: for a look at a long log.
+    #[arg(long)]
+    pub(crate) quick: bool,
     /// Print the JSON schema of a summary: each key with its meaning and unit.
-    #[arg(long, conflicts_with_all = ["runs", "format"])]
+    #[arg(long, conflicts_with_all = ["runs", "format", "quick"])]
     pub(crate) schema: bool,
 }
 
@@ -57,7 +62,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     if arguments.schema {
         return print_json(&Summary::schema());
     }
-    let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run)))?;
+    let found = at_once(&arguments.runs, None, |run| Ok::<_, Failure>(of_log(run, arguments.quick)))?;
     let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, ..)| summary).collect();
     let as_coded = found.iter().flatten().find_map(|(.., as_coded)| as_coded.as_deref());
     if !summaries.is_empty() {
@@ -189,13 +194,14 @@ fn name(run: &Path) -> String {
 ///
 /// # Errors
 /// If it is not a run log, or its scenario is invalid.
-fn of_log(run: &Path) -> Result<(Summary, Checked, Option<String>), Failure> {
+fn of_log(run: &Path, quick: bool) -> Result<(Summary, Checked, Option<String>), Failure> {
     let mut as_coded = None;
     let begin = |log: &OpenLog| {
         as_coded = log.scenario()?.and_then(Scenario::as_coded_in_words);
         begin(run, log)
     };
-    let Reading { checked, observer, has_ruptures } = reading::once(run, begin, |_| Ok(()))?;
+    let skims: &[_] = if quick { &["/step", "/switch", SlipEvent::TOPIC, Rupture::TOPIC] } else { &[] };
+    let Reading { checked, observer, has_ruptures } = reading::once(run, skims, begin, |_| Ok(()))?;
     Ok((observer.finish(has_ruptures, checked.seen.end.as_ref()), checked, as_coded))
 }
 

@@ -136,7 +136,7 @@ pub(crate) fn read_within<O: Observer>(
         false => Err(of_log(path, checked)),
     };
     let Reading { checked, observer, has_ruptures } =
-        read_once(path, begin, accept).map_err(|unread| of_unread(path, unread))?;
+        read_once(path, &[], begin, accept).map_err(|unread| of_unread(path, unread))?;
     Ok(Reading { checked, observer: observer.observer, has_ruptures })
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use asperity_record::{
     Event, EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
 };
-use asperity_runlog::{LogError, LogItem, LogProblem};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader};
 
 use crate::detectors::Settings;
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
@@ -34,6 +34,7 @@ impl fmt::Display for Checked {
             // The message contains the verdict already.
             (Some(problem), Verdict::NoRunLog) => write!(f, "{problem}"),
             (Some(problem), verdict) => write!(f, "{verdict}: {}: {problem}", self.seen),
+            (None, _) if self.seen.is_skimmed => write!(f, "not verified: {}", self.seen),
             (None, verdict) => write!(f, "{verdict}: {}", self.seen),
         }
     }
@@ -61,6 +62,7 @@ impl Checked {
     /// Whether the log has all of its run, and there is something to say about it all the same.
     pub fn has_note(&self) -> bool {
         self.verdict == Verdict::OtherCode
+            || self.seen.is_skimmed
             || (self.verdict == Verdict::Whole && self.seen.rewritten_by.is_some())
     }
 
@@ -130,6 +132,8 @@ impl CheckProblem {
 /// The part of a log that has been read and found sound.
 #[derive(Debug, Default)]
 pub struct Seen {
+    /// Whether only some topics were read, by the index, and nothing was verified.
+    pub is_skimmed: bool,
     /// Number of records and events.
     pub messages: u64,
     /// The last step.
@@ -165,8 +169,12 @@ impl fmt::Display for Seen {
             other_events,
             other_detectors,
             rewritten_by,
+            is_skimmed,
             ..
         } = self;
+        if *is_skimmed {
+            return write!(f, "{messages} records and events found by the index of the file");
+        }
         let (slips, last_s) = (counted(*slips, "slip event"), short_time(*last_s));
         write!(f, "{messages} records and events, {slips}, up to step {last_step} ({last_s} s)")?;
         if let Some(version) = other_code {
@@ -199,13 +207,38 @@ impl Seen {
         observer: &mut dyn Observer,
         found: Option<&mut dyn FnMut(Event)>,
     ) -> Result<(), CheckProblem> {
-        let read = self.read_items(log, again, observer, found);
+        let read = match log.skims {
+            [] => self.read_items(log, again, observer, found),
+            topics => self.skim(&mut log.reader, topics, observer),
+        };
         let verdict = read.as_ref().err().map(CheckProblem::verdict);
         if !matches!(verdict, Some(Verdict::Damaged | Verdict::Unreadable)) {
             self.end = log.reader.end().cloned();
             self.topics = log.reader.event_topics().collect();
         }
         read
+    }
+
+    /// Passes on the records and events of these topics alone, as [`RunReader::skim`] finds them.
+    fn skim(
+        &mut self,
+        reader: &mut RunReader,
+        topics: &'static [&'static str],
+        observer: &mut dyn Observer,
+    ) -> Result<(), CheckProblem> {
+        self.is_skimmed = true;
+        let read = reader.skim(topics, &mut |item| {
+            self.messages += 1;
+            match item {
+                LogItem::Record(record) => {
+                    observer.record(&record);
+                    observer.reached(record.step());
+                }
+                LogItem::Event(event) => observer.event(&event),
+            }
+        });
+        self.topics = reader.event_topics().collect();
+        Ok(read?)
     }
 
     fn read_items(

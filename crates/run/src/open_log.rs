@@ -17,6 +17,8 @@ pub struct OpenLog {
     pub(crate) reader: RunReader,
     /// None if the log has lost it.
     pub(crate) scenario: Option<Result<Scenario, ScenarioErrors>>,
+    /// The topics that alone are read, by the index; none for all, which are checked.
+    pub(crate) skims: &'static [&'static str],
 }
 
 impl OpenLog {
@@ -25,13 +27,25 @@ impl OpenLog {
     /// # Errors
     /// The verdict, if it has no header that can be read.
     pub fn open(log: &Path) -> Result<OpenLog, Box<Checked>> {
-        let mut reader = RunReader::open(log, Topics::ALL)
+        OpenLog::to_skim(log, &[])
+    }
+
+    /// Opens a log of which [`OpenLog::check`] is to pass on the records and events of these topics alone, as
+    /// [`RunReader::skim`] finds them, and to verify nothing; of all, verified, if there are none.
+    ///
+    /// # Errors
+    /// As [`OpenLog::open`].
+    pub fn to_skim(log: &Path, skims: &'static [&'static str]) -> Result<OpenLog, Box<Checked>> {
+        let topics = if skims.is_empty() { Topics::ALL } else { Topics::NONE };
+        let mut reader = RunReader::open(log, topics)
             .map_err(|error| Box::new(Checked::new(Seen::default(), None, Some(error.into()))))?;
-        reader.read_ahead();
+        if skims.is_empty() {
+            reader.read_ahead();
+        }
         let toml = reader.scenario_toml();
         let scenario =
             (!toml.is_empty()).then(|| Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml)));
-        Ok(OpenLog { reader, scenario })
+        Ok(OpenLog { reader, scenario, skims })
     }
 
     /// The header of the run.
@@ -138,16 +152,17 @@ pub enum Unread<E> {
     },
 }
 
-/// Reads a log. `begin` creates the observer once it is open, or returns an error; `accept` may refuse verdicts.
+/// Reads a log, opened by [`OpenLog::to_skim`]. `begin` creates the observer once it is open, or returns an error; `accept` may refuse verdicts.
 ///
 /// # Errors
 /// If it is not a run log, cannot be read, is not accepted, or cannot be observed.
 pub fn read_once<O: Observer, E>(
     log: &Path,
+    skims: &'static [&'static str],
     begin: impl FnOnce(&OpenLog) -> Result<O, String>,
     accept: impl FnOnce(&Checked) -> Result<(), E>,
 ) -> Result<Reading<O>, Unread<E>> {
-    let (checked, observer) = match OpenLog::open(log) {
+    let (checked, observer) = match OpenLog::to_skim(log, skims) {
         Ok(log) => {
             let mut observer = begin(&log);
             let checked = match &mut observer {

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileError;
 use asperity_record::{
-    Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport, payload,
+    Checkpoint, Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport,
+    payload,
 };
 use asperity_runlog::{
     Existing, Gap, LogError, LogItem, LogProblem, RunReader, RunWriter, SalvageError, Salvaged, Topics,
@@ -67,6 +68,47 @@ fn a_log_that_begins_with_zeros_is_no_file_of_another_program() {
     }
     let text = [&[0; 8][..], b"text that begins with zeros, and is another's"].concat();
     assert!(is_foreign(&text));
+}
+
+#[test]
+fn skimming_reads_the_chunks_alone_that_their_indexes_lead_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut writer = writer(&path, &[EventKind::of::<Mark>()]);
+    for n in 1..=STEPS {
+        writer.record(&step(n)).unwrap();
+        if n < STEPS {
+            writer.event(&Event::new(Mark { before: n - 1 })).unwrap();
+        }
+        // It ends a chunk.
+        writer.checkpoint(&Checkpoint { step: n, state: "{}".to_owned() }).unwrap();
+    }
+    writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+    let skim = |topics: &'static [&'static str]| {
+        let mut items = 0;
+        let read = RunReader::open(&path, Topics::NONE).unwrap().skim(topics, &mut |_| items += 1);
+        (items, read.map_err(|error| error.problem.to_string()))
+    };
+    const MARKS: &[&str] = &["/events/mark"];
+    assert_eq!((skim(MARKS), skim(&["/step"])), ((3, Ok(())), (4, Ok(()))));
+    // The last chunk has no mark.
+    let sound = fs::read(&path).unwrap();
+    let after =
+        |at: usize, word: &[u8]| at + sound[at..].windows(word.len()).position(|w| w == word).unwrap();
+    let third = (0..3).fold(0, |at, _| after(at, b"checkpoint") + 1);
+    let mut bytes = sound.clone();
+    bytes[after(third, b"zstd") + 20] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    assert_eq!(skim(MARKS), (3, Ok(())));
+    assert!(matches!(skim(&["/step"]), (3, Err(_))));
+    assert!(RunReader::open(&path, Topics::NONE).unwrap().verify().is_err());
+    // An index that leads past a mark.
+    let mut bytes = sound.clone();
+    let end = after(0, b"/events/mark\x01\0\0\x003");
+    bytes[end + 16] = b'4';
+    fs::write(&path, bytes).unwrap();
+    let promised = "metadata `run_end` says messages of /events/mark: 4, the file has 3";
+    assert_eq!(skim(MARKS), (3, Err(promised.to_owned())));
 }
 
 #[test]

@@ -295,7 +295,7 @@ pub fn tables(script: &[u8]) {
         Some(CheckProblem::Log(_)) => Err(()),
         _ => Ok(()),
     };
-    if let Ok(read) = read_once(&path, begin, accept) {
+    if let Ok(read) = read_once(&path, &[], begin, accept) {
         let run = read.observer.finish(read.has_ruptures, read.checked.seen.end.as_ref());
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
         drop(asperity_tables::tables::events(&run));

@@ -39,14 +39,6 @@ impl RunResult {
         serde_json::to_vec(self)
     }
 
-    /// The result in a line.
-    ///
-    /// # Errors
-    /// If it is none.
-    pub fn from_json(line: &[u8]) -> serde_json::Result<RunResult> {
-        serde_json::from_slice(line)
-    }
-
     /// The first difference to another result of the run, with both values; none if tables would have the same of both.
     pub fn difference(&self, other: &RunResult) -> Option<String> {
         match (&self.outcome, &other.outcome) {
@@ -93,7 +85,7 @@ mod tests {
         };
         let failed = |reason: &str| of(Err(reason.to_owned()));
         let one = done(|_| ());
-        assert_eq!(RunResult::from_json(&one.to_json().unwrap()).unwrap(), one);
+        assert_eq!(serde_json::from_slice::<RunResult>(&one.to_json().unwrap()).unwrap(), one);
         for (a, b, said) in [
             (
                 &one,

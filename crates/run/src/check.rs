@@ -230,10 +230,7 @@ impl Seen {
         let read = reader.skim(topics, &mut |item| {
             self.messages += 1;
             match item {
-                LogItem::Record(record) => {
-                    observer.record(&record);
-                    observer.reached(record.step());
-                }
+                LogItem::Record(record) => observer.record(&record),
                 LogItem::Event(event) => observer.event(&event),
             }
         });

@@ -152,7 +152,8 @@ pub enum Unread<E> {
     },
 }
 
-/// Reads a log, opened by [`OpenLog::to_skim`]. `begin` creates the observer once it is open, or returns an error; `accept` may refuse verdicts.
+/// Reads a log, opened by [`OpenLog::to_skim`]. `begin` creates the observer once it is open, or returns an error;
+/// `accept` may refuse verdicts.
 ///
 /// # Errors
 /// If it is not a run log, cannot be read, is not accepted, or cannot be observed.

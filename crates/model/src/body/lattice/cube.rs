@@ -44,10 +44,18 @@ const PIECE: usize = 64;
 /// before, repeating some of its work: a shorter group would be slower.
 const GROUP: usize = 8;
 
-/// Numbers along a piece, with a place for the column before it and one for that behind.
-type Sums = [f64; PIECE + 2];
+/// Numbers along a piece, with a place for the column before it and one for that behind. Those of the piece begin where a
+/// line of the cache does: groups across two lines take an eighth longer.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Sums([f64; FIRST + PIECE + 1]);
 
-static ZEROS: Sums = [0.0; PIECE + 2];
+/// The place of a piece's first column.
+const FIRST: usize = 8;
+
+const NO_SUMS: Sums = Sums([0.0; FIRST + PIECE + 1]);
+
+static ZEROS: [f64; PIECE + 2] = [0.0; PIECE + 2];
 
 /// Of one axis, for a piece: what pulls at the column before, what pulls at the column behind, and what pulls
 /// in the same column.
@@ -57,7 +65,7 @@ struct Parts {
     own: Sums,
 }
 
-const NO_PARTS: Parts = Parts { ahead: ZEROS, behind: ZEROS, own: ZEROS };
+const NO_PARTS: Parts = Parts { ahead: NO_SUMS, behind: NO_SUMS, own: NO_SUMS };
 
 /// A quantity on the nine lines around a piece: by the step up, then by the step across, each -1, 0, 1. Loops
 /// write them: the compiler does not inline `map` of arrays into code for another instruction set.
@@ -93,7 +101,7 @@ impl Piece {
     /// Where the first of these is in arrays of sums.
     #[inline(always)]
     fn place(self) -> usize {
-        usize::from(self.first == 0)
+        FIRST - usize::from(self.first > 0)
     }
 
     /// The ends of the line in it: the places of the end and of what is beyond it in arrays of sums, and the
@@ -101,8 +109,9 @@ impl Piece {
     #[inline(always)]
     fn ends(self) -> [Option<(usize, usize, f64)>; 2] {
         let count = self.last - self.first;
-        let first = if self.first == 0 { Some((1, 0, 1.0)) } else { None };
-        let last = if self.last == self.columns { Some((count, count + 1, -1.0)) } else { None };
+        let first = if self.first == 0 { Some((FIRST, FIRST - 1, 1.0)) } else { None };
+        let last =
+            if self.last == self.columns { Some((FIRST + count - 1, FIRST + count, -1.0)) } else { None };
         [first, last]
     }
 }
@@ -254,8 +263,8 @@ fn sum_springs(parts: &mut [Parts; 3], lines: &[Lines<'_>; 3], piece: Piece, bon
         let (y, z) = (lines[1][1][1], lines[2][1][1]);
         let [_, of_y, of_z] = parts;
         for n in 0..count {
-            of_y.own[place + n] -= bonds.twist * z[n];
-            of_z.own[place + n] -= bonds.twist * y[n];
+            of_y.own.0[place + n] -= bonds.twist * z[n];
+            of_z.own.0[place + n] -= bonds.twist * y[n];
         }
     }
     for end in piece.ends() {
@@ -264,12 +273,12 @@ fn sum_springs(parts: &mut [Parts; 3], lines: &[Lines<'_>; 3], piece: Piece, bon
         let (x, y, z) = (here(0), here(1), here(2));
         let (across, up) = (ahead * bonds.surplus[0], ahead * bonds.surplus[1]);
         for parts in parts.iter_mut() {
-            (parts.ahead[beyond], parts.behind[beyond]) = (0.0, 0.0);
+            (parts.ahead.0[beyond], parts.behind.0[beyond]) = (0.0, 0.0);
         }
         let [of_x, of_y, of_z] = parts;
-        of_x.own[end] += (2.0 + (bonds.across + bonds.up)) * x - (across * y + up * z);
-        of_y.own[end] += bonds.across * y - across * x;
-        of_z.own[end] += bonds.up * z - up * x;
+        of_x.own.0[end] += (2.0 + (bonds.across + bonds.up)) * x - (across * y + up * z);
+        of_y.own.0[end] += bonds.across * y - across * x;
+        of_z.own.0[end] += bonds.up * z - up * x;
     }
 }
 
@@ -313,7 +322,7 @@ fn sum_springs_at<const N: usize>(
     for axis in 0..3 {
         let Parts { ahead, behind, own } = &mut parts[axis];
         for (to, sums) in [ahead, behind, own].into_iter().zip(sums[axis]) {
-            *to[place + at..].first_chunk_mut().expect("pieces lie within their parts") = sums;
+            *to.0[place + at..].first_chunk_mut().expect("pieces lie within their parts") = sums;
         }
     }
 }
@@ -332,8 +341,8 @@ fn sum_dashpots(beside: &mut Sums, own: &mut Sums, lines: &Lines<'_>, piece: Pie
     }
     for end in piece.ends() {
         let Some((end, beyond, _)) = end else { continue };
-        beside[beyond] = 0.0;
-        own[end] += (1.0 + (bonds.across + bonds.up)) * lines[1][1][end - place];
+        beside.0[beyond] = 0.0;
+        own.0[end] += (1.0 + (bonds.across + bonds.up)) * lines[1][1][end - place];
     }
 }
 
@@ -348,7 +357,7 @@ fn sum_dashpots_at<const N: usize>(
 ) {
     let count = 2.0 + 3.0 * (bonds.across + bonds.up) + bonds.diagonal;
     let v = group::<N>(lines, at);
-    let (beside, own) = (&mut beside[place + at..][..N], &mut own[place + at..][..N]);
+    let (beside, own) = (&mut beside.0[place + at..][..N], &mut own.0[place + at..][..N]);
     for n in 0..N {
         let sides = (v[1][2][n] + v[1][0][n]) + (v[2][1][n] + v[0][1][n]);
         let diagonal = (v[2][2][n] + v[2][0][n]) + (v[0][2][n] + v[0][0][n]);
@@ -379,8 +388,8 @@ fn add_parts_at<const N: usize>(
     factor: f64,
     at: usize,
 ) {
-    let (force_n, own) = (&mut force_n[at..][..N], &own[at + 1..][..N]);
-    let (ahead, behind) = (&ahead[at + 2..][..N], &behind[at..][..N]);
+    let (force_n, own) = (&mut force_n[at..][..N], &own.0[FIRST + at..][..N]);
+    let (ahead, behind) = (&ahead.0[FIRST + at + 1..][..N], &behind.0[FIRST + at - 1..][..N]);
     for n in 0..N {
         force_n[n] = factor * (own[n] + (ahead[n] + behind[n]));
     }

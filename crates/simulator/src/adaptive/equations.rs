@@ -285,6 +285,7 @@ impl Equations {
     fn contact(&self, n: usize, growth: Growth, state: f64) -> Contact {
         let Growth { friction, size, decay } = growth;
         let y = friction.abs();
+        // Near V_0 what `decay` leaves out counts here.
         let ln_speed = || y - state / self.law.direct_effect + libm::log1p(-libm::exp(-2.0 * y));
         let [state_rate, of_speed, rate_of_state] =
             self.law.evolution(self.evolution_effects[n], growth.speed_m_per_s(), ln_speed, state);
@@ -350,7 +351,8 @@ impl Equations {
         if pull_n == 0.0 {
             return self.growth(0.0, state);
         }
-        // Two bounds: all of the pull is friction, or radiation; the logarithm is taken where the second may be the lower.
+        // Two bounds: all of the pull is friction, or radiation. The second takes a logarithm, and is the lower one only
+        // where the first has radiation exceed the pull.
         let mut growth = self.growth(pull_n / direct_n, state);
         if radiation_kg_per_s * growth.speed_m_per_s() > 0.999 * pull_n {
             let free =

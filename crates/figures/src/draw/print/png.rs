@@ -35,8 +35,8 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
             page::Paint::Raster(raster) => raster.put(&mut pixels),
         }
     }
-    // On the white ground all pixels are opaque. Most runs of them are white. This crate is compiled without optimisation,
-    // where copying each takes as long as all other drawing, and a call for each, too.
+    // On the white ground all pixels are opaque, and most runs of them are white. This crate is compiled without
+    // optimisation: copying all of them, or a call for each, takes as long as all other drawing.
     let mut rgb = vec![255; pixels.data().len() / 4 * 3];
     let white = [255; 4 * RUN];
     for (rgb, rgba) in rgb.chunks_mut(3 * RUN).zip(pixels.data().chunks(4 * RUN)) {

@@ -1,11 +1,9 @@
 //! Events of detectors that this program does not have: their columns follow from the schema stored in the
 //! log, if that is one flat object of numbers and flags.
 
-use std::fmt;
-
 use asperity_record::{Cell, Column, ColumnKind, unit_of};
+use indexmap::IndexMap;
 use serde::Deserialize;
-use serde::de::{MapAccess, Visitor};
 use serde_json::{Map, Value};
 
 /// Most columns of a table; no hand-written schema has more.
@@ -18,32 +16,8 @@ const LONGEST_NAME: usize = 100;
 #[derive(Deserialize)]
 struct Schema {
     r#type: Value,
-    properties: Ordered,
-}
-
-/// Properties in the order in which they are written.
-struct Ordered(Vec<(String, Value)>);
-
-impl<'de> Deserialize<'de> for Ordered {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Ordered, D::Error> {
-        struct Properties;
-        impl<'de> Visitor<'de> for Properties {
-            type Value = Ordered;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of properties")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered, A::Error> {
-                let mut properties = Vec::new();
-                while let Some(property) = map.next_entry()? {
-                    properties.push(property);
-                }
-                Ok(Ordered(properties))
-            }
-        }
-        deserializer.deserialize_map(Properties)
-    }
+    /// In the order in which they are written.
+    properties: IndexMap<String, Value>,
 }
 
 /// Whether a table can be named after a topic. Few characters are allowed, so that no two topics give the
@@ -59,14 +33,13 @@ pub(crate) fn is_plain(topic: &str) -> bool {
 /// The columns of a table of messages with this JSON schema, in the order of its properties;
 /// none if they are not flat.
 pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
-    let Schema { r#type, properties: Ordered(properties) } = serde_json::from_str(schema).ok()?;
+    let Schema { r#type, properties } = serde_json::from_str(schema).ok()?;
     if r#type != "object" || properties.is_empty() || properties.len() > MOST_COLUMNS {
         return None;
     }
     let mut columns: Vec<Column> = Vec::new();
     for (name, property) in properties {
-        let is_taken = columns.iter().any(|column| column.name == name);
-        if is_taken || name.is_empty() || name.len() > LONGEST_NAME {
+        if name.is_empty() || name.len() > LONGEST_NAME {
             return None;
         }
         let kind = kind(&property)?;
@@ -149,9 +122,11 @@ mod tests {
         let schema = r#"{"type": "object", "properties": {
             "released_j": {"type": ["number", "null"], "description": "Energy."},
             "block": {"type": "integer", "format": "uint32", "minimum": 0},
+            "change": {"type": "array"},
             "change": {"type": "integer"},
             "whole": {"type": "boolean"}
         }}"#;
+        // A name written twice counts as written last, as for any reader of JSON.
         let columns = columns(schema).unwrap();
         let seen: Vec<_> = columns.iter().map(|column| (&*column.name, column.kind, column.unit)).collect();
         assert_eq!(
@@ -186,7 +161,6 @@ mod tests {
             r#"{"type": "object", "properties": {"a": {"type": "array"}}}"#,
             r#"{"type": "object", "properties": {"a": {"type": "string"}}}"#,
             r##"{"type": "object", "properties": {"a": {"$ref": "#/$defs/A"}}}"##,
-            r#"{"type": "object", "properties": {"a": {"type": "number"}, "a": {"type": "number"}}}"#,
         ] {
             assert_eq!(columns(schema), None, "{schema}");
         }

@@ -11,7 +11,10 @@ use asperity_record::counted;
 /// sticks, material, stability and nucleation.
 pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, String); 3] {
     let Preview { density_kg_per_m3, wave_speed_m_per_s, decay_length_m, .. } = preview;
-    let decay = decay_length_m.map(|length_m| format!(", decay length l_0 = {} m", short(length_m)));
+    let decay = decay_length_m.map(|length_m| {
+        let spacings = length_m / scenario.slider.spacing_m();
+        format!(", decay length l_0 = {} m = {} a", short(length_m), short(spacings))
+    });
     let material = match density_kg_per_m3.zip(*wave_speed_m_per_s) {
         Some((density, speed)) => format!(
             "density {} kg/m^3, waves at c = {} m/s{}",
@@ -166,7 +169,7 @@ mod tests {
         assert_eq!(
             stated,
             [
-                "material: density 1200 kg/m^3, waves at c = 1451 m/s, decay length l_0 = 0.00101 m",
+                "material: density 1200 kg/m^3, waves at c = 1451 m/s, decay length l_0 = 0.00101 m = 1 a",
                 "load: F_T/F_N reaches mu_d = 0.45 at 2.254 s, reaches mu_s = 0.7 at 3.507 s, and is at most 0.998 in \
                  this run, if nothing slides",
                 "first slip: at 0.05674 s, of block 1",

@@ -137,7 +137,9 @@ pub(crate) fn make(
         )));
     }
     interrupt::install()?;
-    for (what, words) in preview::lines(scenario, &scenario.preview()) {
+    let [(_, material), others @ ..] = preview::lines(scenario, &scenario.preview());
+    board.line(&format!("{}: {material}", scenario.name));
+    for (what, words) in others {
         board.aside(&format!("{}: {what}: {words}", scenario.name));
     }
     let header = task.header();

@@ -19,6 +19,7 @@ pub mod rows;
 pub(crate) mod rules;
 pub(crate) mod show;
 pub mod source;
+pub mod stand_ins;
 pub(crate) mod suggest;
 pub mod text;
 pub mod typed;
@@ -103,7 +104,7 @@ impl Slider {
     }
 
     /// The spacing of nodes, `a`.
-    pub(crate) fn spacing_m(&self) -> f64 {
+    pub fn spacing_m(&self) -> f64 {
         self.length_m / gaps(self.blocks as usize) as f64
     }
 }

@@ -10,6 +10,7 @@ use toml::Value;
 use crate::scenario::keys::{self, AS_STATED, KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::source::{Entries, Entry, ScenarioError};
+use crate::scenario::stand_ins::{self, STAND_INS};
 use crate::scenario::suggest;
 
 /// The defaults of the sets as-stated and as-coded.
@@ -26,7 +27,10 @@ static DEFAULTS: LazyLock<[toml::Table; 2]> = LazyLock::new(|| {
 
 /// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
-    unknown_keys(&entries.values, &KEYS, "", errors);
+    unknown_keys(&entries.values, &stand_ins::with_all_keys(), "", errors);
+    for key in STAND_INS.iter() {
+        entries.values.get(key.path).and_then(|entry| checked(key, key.path, entry, errors));
+    }
     let named = entries.values.get("parameter_set").and_then(|entry| entry.value.as_ref());
     let set = named.and_then(Value::as_str).unwrap_or(AS_STATED);
     let mut table = DEFAULTS[usize::from(set == keys::AS_CODED)].clone();
@@ -42,7 +46,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         .iter()
         .flatten()
         .map(|window| {
-            unknown_keys(window, Window::keys(), "recording.window.", errors);
+            unknown_keys(window, &Window::keys().iter().collect::<Vec<_>>(), "recording.window.", errors);
             let mut table = toml::Table::new();
             for key in Window::keys() {
                 let path = format!("{WINDOW}.{}", key.path);
@@ -74,7 +78,7 @@ const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(
     values: &BTreeMap<String, Entry>,
-    known: &[Key],
+    known: &[&Key],
     prefix: &str,
     errors: &mut Vec<ScenarioError>,
 ) {

@@ -3,13 +3,11 @@
 
 use std::ops::RangeInclusive;
 
-use toml::Value;
-
 use crate::law::laws::FrictionLaw;
-use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::KEYS;
+use crate::scenario::stand_ins::default_of;
 use crate::scenario::text::short;
+use crate::scenario::{Scenario, Slider};
 use crate::theory::preview::Preview;
 
 /// Densities of solids, kg/m^3: from the lightest foams and aerogels to osmium, 22,590.
@@ -21,6 +19,17 @@ const MODULI: RangeInclusive<f64> = 1e4..=1.3e12;
 /// Speeds of waves in solids, m/s: from a few in soft gels to 18,000 in diamond.
 const SPEEDS: RangeInclusive<f64> = 1.0..=20_000.0;
 
+/// Speeds of drives, m/s: up to the fastest of stick-slip experiments; in mm/s or um/s most are above.
+const DRIVES: RangeInclusive<f64> = 0.0..=0.1;
+
+/// Length over the larger other side: of blocks that are wide or high, and of long bars.
+const SLENDERNESS: RangeInclusive<f64> = 0.05..=1000.0;
+
+/// Least normal load over the weight of the slider, which is part of it unless something else bears it.
+const LEAST_LOAD_RATIO: f64 = 0.01;
+
+const GRAVITY_M_PER_S2: f64 = 9.81;
+
 /// A value must differ from its default by this factor to count as one in another unit, and be closer to it
 /// in that unit: within a factor of 100 of the default there are other sliders.
 const FAR: f64 = 100.0;
@@ -30,28 +39,28 @@ type Slot = (&'static str, fn(&mut Scenario) -> &mut f64, &'static [(&'static st
 
 const LENGTHS: &[(&str, f64)] = &[("mm", 1e-3), ("um", 1e-6)];
 
-static SLOTS: [Slot; 7] = [
+static SLOTS: [Slot; 8] = [
     ("slider.length_m", |scenario| &mut scenario.slider.length_m, LENGTHS),
     ("slider.width_m", |scenario| &mut scenario.slider.width_m, LENGTHS),
     ("slider.height_m", |scenario| &mut scenario.slider.height_m, LENGTHS),
     ("slider.mass_kg", |scenario| &mut scenario.slider.mass_kg, &[("g", 1e-3), ("mg", 1e-6)]),
-    (
-        "slider.youngs_modulus_pa",
-        |scenario| &mut scenario.slider.youngs_modulus_pa,
-        &[("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)],
-    ),
+    (MODULUS, |scenario| &mut scenario.slider.youngs_modulus_pa, &[("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)]),
     (
         "drive.stiffness_n_per_m",
         |scenario| &mut scenario.drive.stiffness_n_per_m,
         &[("N/um", 1e6), ("N/mm", 1e3)],
     ),
     ("normal_load.total_n", |scenario| &mut scenario.normal_load.total_n, &[("mN", 1e-3)]),
+    (VELOCITY, |scenario| &mut scenario.drive.velocity_m_per_s, &[("mm/s", 1e-3), ("um/s", 1e-6)]),
 ];
+
+const MODULUS: &str = "slider.youngs_modulus_pa";
+const VELOCITY: &str = "drive.velocity_m_per_s";
 
 /// How many of the first slots may all be in one unit: the lengths.
 const TOGETHER: usize = 3;
 
-/// Warns of a density, a modulus or a speed of waves that solids do not have.
+/// Warns of a density, a modulus or a speed of waves that solids do not have, and of a drive as fast as none.
 pub(crate) fn no_solid(scenario: &Scenario) -> Option<String> {
     let outside = outside(scenario);
     let (key, value, _) = outside.first()?;
@@ -97,7 +106,7 @@ fn slips(scenario: &Scenario, preview: &Preview) -> bool {
         || preview.first_slip_s.is_some_and(|time_s| time_s <= scenario.time.duration_s)
 }
 
-/// Properties that no solid has, in words, each with the key to name.
+/// Properties that no solid and no experiment has, in words, each with the key to name.
 fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
     // The mass of the set as-coded is intentionally a thousand times that of the real slider.
     let [as_coded_kg, as_stated_kg] = [true, false].map(|set| default_of("slider.mass_kg", set));
@@ -105,19 +114,33 @@ fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
     let heavier = if is_of_set { as_coded_kg / as_stated_kg } else { 1.0 };
     let density = scenario.density_kg_per_m3() / heavier;
     let speed = scenario.scales().wave_speed_m_per_s() * heavier.sqrt();
-    let words = |what: &str, value: f64, unit: &str, range: &RangeInclusive<f64>| {
+    let words = |what: &str, value: f64, unit: &str, range: &RangeInclusive<f64>, whose: &str| {
         (!range.contains(&value)).then(|| {
             let [least, most] = [range.start(), range.end()].map(|bound| short(*bound));
-            format!("{what} is {} {unit}, and solids have {least} to {most}", short(value))
+            format!("{what} is {}{unit}, and {whose} have {least} to {most}", short(value))
         })
     };
+    let (slider, velocity, load_n) =
+        (&scenario.slider, scenario.drive.velocity_m_per_s, scenario.normal_load.total_n);
+    let slenderness = slider.length_m / slider.width_m.max(slider.height_m);
+    let weight_n = slider.mass_kg / heavier * GRAVITY_M_PER_S2;
+    let weight = (load_n < LEAST_LOAD_RATIO * weight_n)
+        .then(|| format!("the normal load is less than a hundredth of the weight, {} N", short(weight_n)));
     // Without inertia the mass moves nothing.
     let dynamic = |words: Option<String>| words.filter(|_| scenario.has_inertia());
-    let (modulus, mass) = (scenario.slider.youngs_modulus_pa, scenario.slider.mass_kg);
+    let (modulus, mass) = (slider.youngs_modulus_pa, slider.mass_kg);
+    let (solids, sliders, tests) = ("solids", "sliders", "experiments on stick-slip");
     [
-        ("slider.youngs_modulus_pa", modulus, words("Young's modulus", modulus, "Pa", &MODULI)),
-        ("slider.mass_kg", mass, dynamic(words("the density", density, "kg/m^3", &DENSITIES))),
-        ("slider.youngs_modulus_pa", modulus, dynamic(words("the speed of waves", speed, "m/s", &SPEEDS))),
+        (MODULUS, modulus, words("Young's modulus", modulus, " Pa", &MODULI, solids)),
+        ("slider.mass_kg", mass, dynamic(words("the density", density, " kg/m^3", &DENSITIES, solids))),
+        (MODULUS, modulus, dynamic(words("the speed of waves", speed, " m/s", &SPEEDS, solids))),
+        (
+            "slider.length_m",
+            slider.length_m,
+            words("the length over the larger other side", slenderness, "", &SLENDERNESS, sliders),
+        ),
+        ("normal_load.total_n", load_n, dynamic(weight)),
+        (VELOCITY, velocity, words("the speed of the drive", velocity.abs(), " m/s", &DRIVES, tests)),
     ]
     .into_iter()
     .filter_map(|(key, value, words)| Some((key, value, words?)))
@@ -129,7 +152,9 @@ fn outside(scenario: &Scenario) -> Vec<(&'static str, f64, String)> {
 /// defaults among the candidates that leave no warning.
 fn meant(scenario: &Scenario, to_blame: &str, value: f64) -> (String, String) {
     let is_good = |other: &Scenario| outside(other).is_empty() && slips(other, &other.preview());
-    let read = |slots: &'static [Slot], unit: usize| {
+    let volume_m3 = |of: &Slider| of.length_m * of.width_m * of.height_m;
+    // The mass may be written, or follow from the sides.
+    let read = |slots: &'static [Slot], unit: usize, follows: bool| {
         let mut other = scenario.clone();
         let mut distance: f64 = 0.0;
         let (mut before, mut after) = (Vec::new(), Vec::new());
@@ -145,23 +170,22 @@ fn meant(scenario: &Scenario, to_blame: &str, value: f64) -> (String, String) {
             after.push(short(*value));
             distance = distance.max(far(*value));
         }
+        if follows {
+            other.slider.mass_kg *= volume_m3(&other.slider) / volume_m3(&scenario.slider);
+        }
         let (keys, unit) = (slots.iter().map(|(key, ..)| *key).collect::<Vec<_>>(), slots[0].2[unit].0);
         let [keys, before, after] = [keys.join(", "), before.join(", "), after.join(", ")];
         let question = format!("; was {after} meant, that is {before} {unit}?");
         (distance < FAR).then_some((distance, other, (format!("{keys} = {before}"), question)))
     };
     let groups = SLOTS.iter().map(std::slice::from_ref).chain([&SLOTS[..TOGETHER]]);
+    let groups = groups.flat_map(|slots| (0..slots[0].2.len()).map(move |unit| (slots, unit)));
+    let both = groups.flat_map(|group| [(group, false), (group, true)]);
     let mut candidates: Vec<_> =
-        groups.flat_map(|slots| (0..slots[0].2.len()).filter_map(move |unit| read(slots, unit))).collect();
+        both.filter_map(|((slots, unit), follows)| read(slots, unit, follows)).collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
     let found = candidates.into_iter().find(|(_, other, _)| is_good(other));
     found.map_or_else(|| (format!("{to_blame} = {}", short(value)), String::new()), |(.., words)| words)
-}
-
-/// The default of a key whose value is a number, in the set as-coded or in the other one.
-fn default_of(path: &str, as_coded: bool) -> f64 {
-    let key = KEYS.iter().find(|key| key.path == path).expect("the key is in the table");
-    key.default_in(as_coded).and_then(Value::as_float).expect("its default is a number")
 }
 
 #[cfg(test)]
@@ -177,9 +201,21 @@ mod tests {
     #[test]
     fn values_in_other_units_are_warned_of_in_both_sets() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
-            let expected = "slider.length_m = 100: the density is 1.2 kg/m^3, and solids have 10 to 25000; the speed of \
-                            waves is 45870 m/s, and solids have 1 to 20000; was 0.1 meant, that is 100 mm?";
-            assert_eq!(warnings(&[set, "slider.length_m=100"]), [expected]);
+            let said = warnings(&[set, "slider.length_m=100"]).concat();
+            assert!(said.starts_with("slider.length_m = 100: "), "{said}");
+            let end = "the length over the larger other side is 5000, and sliders have 0.05 to 1000; was 0.1 meant, that \
+                       is 100 mm?";
+            assert!(said.ends_with(end), "{said}");
+
+            for (written, meant) in
+                [("0.2", "2e-4 meant, that is 0.2 mm/s?"), ("200", "2e-4 meant, that is 200 um/s?")]
+            {
+                let said = warnings(&[set, &format!("drive.velocity_m_per_s={written}")]).concat();
+                let start = format!(
+                    "drive.velocity_m_per_s = {written}: the speed of the drive is {written} m/s, and "
+                );
+                assert!(said.starts_with(&start) && said.ends_with(meant), "{said}");
+            }
 
             let said = warnings(&[set, "slider.youngs_modulus_pa=2.5"]);
             assert_eq!(said.len(), 2, "{said:?}");
@@ -199,14 +235,15 @@ mod tests {
     #[test]
     fn lengths_may_all_be_in_millimetres() {
         let lengths = ["slider.length_m=100", "slider.width_m=5", "slider.height_m=20"];
-        let said = warnings(&[&["parameter_set=as-coded"], &lengths[..]].concat());
-        assert!(
-            said[0].starts_with(
-                "slider.length_m, slider.width_m, slider.height_m = 100, 5, 20: the density is "
-            ),
-            "{said:?}"
-        );
-        assert!(said[0].ends_with("; was 0.1, 0.005, 0.02 meant, that is 100, 5, 20 mm?"), "{said:?}");
+        for (set, wrong) in [
+            ("parameter_set=as-coded", "the density is "),
+            ("parameter_set=as-stated", "the normal load is less than a hundredth of the weight, "),
+        ] {
+            let said = warnings(&[&[set], &lengths[..]].concat());
+            let start = format!("slider.length_m, slider.width_m, slider.height_m = 100, 5, 20: {wrong}");
+            assert!(said[0].starts_with(&start), "{said:?}");
+            assert!(said[0].ends_with("; was 0.1, 0.005, 0.02 meant, that is 100, 5, 20 mm?"), "{said:?}");
+        }
     }
 
     #[test]

@@ -108,10 +108,6 @@ impl Kind {
 
     /// A value as its key has it; `None` if it is not accepted.
     pub(crate) fn converted(&self, value: &Value) -> Option<Value> {
-        let any_number = |value: &Value| match value {
-            Value::Integer(number) => Some(*number as f64),
-            value => value.as_float(),
-        };
         let number = |value: &Value| any_number(value).filter(|number| self.accepts_number(*number));
         match *self {
             Number(..) => number(value).map(Value::Float),
@@ -139,6 +135,11 @@ impl Kind {
         let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };
         value == 0.0 || (least..=MOST_MAGNITUDE).contains(&value.abs())
     }
+}
+
+/// A number, written with a decimal point or without.
+pub(crate) fn any_number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
 }
 
 impl std::fmt::Display for Kind {

@@ -14,6 +14,7 @@ use crate::scenario::defaults::insert;
 use crate::scenario::key::{Key, Need};
 use crate::scenario::keys::KEYS;
 use crate::scenario::source::{LayerKind, Refusals};
+use crate::scenario::stand_ins::{self, STAND_INS};
 
 /// When a sliding block re-attaches.
 const REATTACH: &str = "friction.reattach";
@@ -41,16 +42,18 @@ pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>
             ),
             _ => (key.default_in(true).expect("keys of laws have defaults").clone(), ""),
         };
-        let (section, name) = key.path.split_once('.').expect("keys of laws stand in sections");
+        let path = key.path;
+        let (section, name) = path.split_once('.').expect("keys of laws stand in sections");
         if table[section][name] == fixed {
             continue;
         }
-        if entries.values.get(key.path).is_some_and(|entry| entry.layer != LayerKind::Log) {
+        let written = stand_ins::written(key, entries);
+        if let Some(key) = written.filter(|key| entries.values[key.path].layer != LayerKind::Log) {
             let (of, laws) =
-                among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(key.path)));
+                among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(path)));
             refusals.refuse_without_meaning(key, &fixed, &of, why, &laws);
         }
-        insert(table, key.path, fixed);
+        insert(table, path, fixed);
     }
     if !law.sticks() && !entries.values.contains_key(START) {
         insert(table, START, Value::String("loaded".to_owned()));
@@ -71,10 +74,17 @@ pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refus
         if key.value_in(&values).is_none_or(|value| value == default) {
             continue;
         }
-        for (need, why) in key.needs {
-            if let Some((of, instead)) = need.unmet(scenario) {
-                refusals.refuse_without_meaning(key, default, &of, why, &instead);
-            }
+        refuse_without_needs(key, default, scenario, refusals);
+    }
+    for key in STAND_INS.iter().filter(|key| refusals.entries.has(key.path)) {
+        refuse_without_needs(key, &Value::from(""), scenario, refusals);
+    }
+}
+
+fn refuse_without_needs(key: &Key, default: &Value, scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    for (need, why) in key.needs {
+        if let Some((of, instead)) = need.unmet(scenario) {
+            refusals.refuse_without_meaning(key, default, &of, why, &instead);
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::scenario::profile;
 use crate::scenario::rules;
 use crate::scenario::rules::in_few_digits;
 use crate::scenario::source::{Entries, Refusals, ScenarioErrors, ScenarioSource};
+use crate::scenario::stand_ins;
 use crate::scenario::suggest;
 use crate::scenario::text;
 
@@ -129,6 +130,7 @@ impl Scenario {
         let mut refusals = Refusals { entries: &entries, files, errors: Vec::new() };
         let mut table = defaults::fill_in(&entries, &mut refusals.errors);
         refusals.none_so_far()?;
+        stand_ins::replace(source, &mut table, &mut refusals);
         meaning::decide_by_law(&mut table, &mut refusals);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
@@ -362,6 +364,11 @@ mod tests {
             ),
             ("[slider", "test.toml:1:8: not TOML: unclosed table, expected `]`"),
             (
+                "slider.length_m = 0,14",
+                "test.toml:1:20: not TOML: unexpected key or value, expected newline, `#` (accepted: a number with a \
+                 decimal point, as 0.1)",
+            ),
+            (
                 "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 101",
                 "test.toml:3:8: recording.window.to_s: 9 is not inside the run (accepted: a number from 0 to 5)\n\
                  test.toml:6:14: recording.window.last_block: 101 is not inside the chain \
@@ -429,7 +436,7 @@ mod tests {
     /// An invalid default has no place in the texts.
     #[test]
     fn errors_without_a_place_name_the_scenario() {
-        let error = super::resolve("default", &["slider.length_m=1e-30"]).unwrap_err().to_string();
+        let error = super::resolve("default", &["slider.length_m=1e-27"]).unwrap_err().to_string();
         assert!(error.starts_with("default: time.step_s: 1e-8 is above the stability limit"), "{error}");
     }
 

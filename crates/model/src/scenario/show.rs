@@ -13,6 +13,7 @@ use crate::scenario::keys::{KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::meaning;
 use crate::scenario::source::{Entries, ScenarioError};
+use crate::scenario::stand_ins;
 
 impl Scenario {
     /// Formats the scenario as complete TOML, every key with its symbol, range and meaning.
@@ -39,7 +40,9 @@ impl Scenario {
             }
             let default = key.default_in(self.parameter_set == ParameterSet::AsCoded);
             let found = key.value_in(&value).expect("the key table names fields of a scenario");
-            let follows_set = key.follows_set() && default == Some(found);
+            let follows_set = key.follows_set()
+                && default == Some(found)
+                && (key.path != stand_ins::MASS || stand_ins::has_default_sides(&self.slider));
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {

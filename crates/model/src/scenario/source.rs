@@ -15,8 +15,10 @@ use toml::Value;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::scenario::files::Files;
+use crate::scenario::key::any_number;
 use crate::scenario::keys::KEYS;
 use crate::scenario::keys::WINDOW;
+use crate::scenario::stand_ins;
 use crate::scenario::text::Lines;
 
 /// A scenario as written: a base text and its overrides, each parsed once, however many scenarios have it as a layer.
@@ -101,6 +103,11 @@ impl ScenarioSource {
         self
     }
 
+    /// Its layers, the lowest first, without those that are no TOML.
+    pub(crate) fn readable(&self) -> impl Iterator<Item = &Entries> {
+        self.layers.iter().filter_map(|layer| layer.as_ref().as_ref().ok())
+    }
+
     /// Collects all values by dotted key; later layers override earlier ones.
     ///
     /// # Errors
@@ -110,7 +117,8 @@ impl ScenarioSource {
         let mut errors = Vec::new();
         for layer in &self.layers {
             match layer.as_ref() {
-                Ok(Entries { values, windows }) => {
+                Ok(layer @ Entries { values, windows }) => {
+                    stand_ins::give_way(&mut entries, layer);
                     entries.values.extend(values.clone());
                     // A layer with windows replaces the windows of all layers below.
                     entries.windows = windows.clone().or(entries.windows);
@@ -133,9 +141,13 @@ impl Layer<'_> {
         check_toml(self.text)
             .map_err(|too_long| error(self.origin.to_owned(), too_long.to_string(), None))?;
         let table = DeTable::parse(self.text).map_err(|wrong| {
-            let accepted = "KEY=VALUE, as in --set time.duration_s=0.1".to_owned();
-            let place = self.place(wrong.span().unwrap_or(0..0));
-            error(place, format!("not TOML: {}", wrong.message()), self.is_override().then_some(accepted))
+            let at = wrong.span().unwrap_or(0..0);
+            let accepted = match is_decimal_comma(self.text, at.start) {
+                _ if self.is_override() => Some("KEY=VALUE, as in --set time.duration_s=0.1"),
+                is_comma => is_comma.then_some("a number with a decimal point, as 0.1"),
+            };
+            let problem = format!("not TOML: {}", wrong.message());
+            error(self.place(at), problem, accepted.map(str::to_owned))
         })?;
         let mut entries = Entries::default();
         collect(self, "", table.get_ref(), &mut entries);
@@ -203,6 +215,15 @@ impl Entries {
         ScenarioError { place, key: Some(key.to_owned()), problem, accepted }
     }
 
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+
+    /// The number written for a key.
+    pub(crate) fn number(&self, key: &str) -> Option<f64> {
+        self.values.get(key)?.value.as_ref().and_then(any_number)
+    }
+
     /// Whether a key was written for this run alone, and another one was not.
     pub(crate) fn overrides(&self, key: &str, other: &str) -> bool {
         let is_override =
@@ -240,6 +261,12 @@ impl Refusals<'_> {
         let errors = std::mem::take(&mut self.errors);
         if errors.is_empty() { Ok(()) } else { Err(ScenarioErrors(errors)) }
     }
+}
+
+/// Whether there is a comma between two digits.
+fn is_decimal_comma(text: &str, at: usize) -> bool {
+    let around = text.as_bytes().get(at.saturating_sub(1)..).unwrap_or_default();
+    matches!(around, [before, b',', after, ..] if before.is_ascii_digit() && after.is_ascii_digit())
 }
 
 fn collect(layer: &Layer<'_>, prefix: &str, table: &DeTable<'_>, entries: &mut Entries) {

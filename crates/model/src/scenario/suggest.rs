@@ -6,7 +6,8 @@
 
 use std::borrow::Borrow;
 
-use crate::scenario::keys::{KEYS, Key};
+use crate::scenario::key::Key;
+use crate::scenario::stand_ins;
 
 /// Names longer than this, in bytes, get no suggestion: no key is nearly as long.
 const LONGEST: usize = 100;
@@ -75,7 +76,7 @@ pub(crate) fn names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>)
 }
 
 /// Returns the keys that an unknown dotted path may mean, in the order of the table.
-pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
+pub(crate) fn keys(written: &str, known: &[&Key]) -> Vec<&'static str> {
     if written.len() > LONGEST {
         return Vec::new();
     }
@@ -92,7 +93,7 @@ pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
         found = paths(&|key| format!("_{}_", split(key.path).1).contains(&format!("_{last}_")));
     }
     let spelt_like = |wrong: &dyn Fn(&Key) -> Option<usize>| {
-        let least = known.iter().filter_map(wrong).min();
+        let least = known.iter().filter_map(|key| wrong(key)).min();
         paths(&|key| least.is_some() && wrong(key) == least)
     };
     if found.is_empty() {
@@ -117,7 +118,7 @@ pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// `; did you mean ...?` of the scenario keys that may be meant; empty if none is close enough.
 pub fn key_suggestion(written: &str) -> String {
-    did_you_mean(&keys(written, &KEYS))
+    did_you_mean(&keys(written, &stand_ins::with_all_keys()))
 }
 
 /// `; did you mean ...? (accepted: ...)` for a name that is not among those known. For a long list, gives
@@ -169,6 +170,7 @@ mod tests {
     use super::{among, did_you_mean, keys, names};
     use crate::scenario::keys::KEYS;
     use crate::scenario::keys::Window;
+    use crate::scenario::stand_ins::with_all_keys;
 
     #[test]
     fn keys_are_found_by_symbol_last_part_part_and_spelling() {
@@ -215,16 +217,16 @@ mod tests {
             ("", ""),
             ("slider.", ""),
         ] {
-            assert_eq!(keys(written, &KEYS).join(" "), meant, "{written:?}");
+            assert_eq!(keys(written, &with_all_keys()).join(" "), meant, "{written:?}");
         }
-        assert_eq!(keys("form_s", Window::keys()), ["from_s"]);
-        assert_eq!(keys("block", Window::keys()), ["first_block", "last_block"]);
+        assert_eq!(keys("form_s", &Window::keys().iter().collect::<Vec<_>>()), ["from_s"]);
+        assert_eq!(keys("block", &Window::keys().iter().collect::<Vec<_>>()), ["first_block", "last_block"]);
     }
 
     #[test]
     fn every_symbol_leads_to_its_key() {
         for key in KEYS.iter().filter(|key| !key.symbol.is_empty()) {
-            assert!(keys(key.symbol, &KEYS).contains(&key.path), "{}", key.symbol);
+            assert!(keys(key.symbol, &with_all_keys()).contains(&key.path), "{}", key.symbol);
         }
     }
 
@@ -258,7 +260,7 @@ mod tests {
         ] {
             assert_eq!(names(written, known).join(" "), meant);
         }
-        assert_eq!(keys(&"tilt".repeat(1_000_000), &KEYS), [""; 0]);
+        assert_eq!(keys(&"tilt".repeat(1_000_000), &with_all_keys()), [""; 0]);
     }
 
     #[test]

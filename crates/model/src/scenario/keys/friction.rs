@@ -26,7 +26,8 @@ section! {
         /// A sliding block feels -mu_d p_n sign(v_n), a slipping junction mu_d of its load; not above
         /// static_coefficient.
         dynamic_coefficient: f64 = 0.45; NOT_NEGATIVE, "mu_d";
-        /// Stiffness of the friction spring of a stuck block (5.12) over that between blocks.
+        /// Stiffness of the friction spring of a stuck block (5.12) over that between blocks. Of a chain,
+        /// friction.decay_length_m may be written instead, which stays where the number of blocks changes.
         interfacial_stiffness_ratio: f64 = 1.0; POSITIVE, "k_t / k";
         /// When a sliding block re-attaches: one-way, at a new velocity <= 0 (the thesis' program); two-way, where the
         /// velocity changes sign or vanishes, and so after one step if it has never moved; turn, over an area and only

@@ -58,7 +58,8 @@ section! {
         /// thickness.
         height_m: f64 = 0.02; POSITIVE, "L_z";
         /// Mass of the whole slider; the blocks of a chain share it evenly, m = M / N, and so do the nodes of other
-        /// sliders.
+        /// sliders. slider.density_kg_per_m3 may be written instead. Where neither is, and a side changes, the density
+        /// stays; as-coded has 12 kg all the same.
         mass_kg: f64 = 12.0, as_stated 0.012; POSITIVE, "M";
         /// Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab k = 3 E
         /// L_y / 4, of a sheet k = 3 E L_z / 4, both k / 2 along diagonals, those of a body k = 0.4 E a. A single block

@@ -2,7 +2,7 @@
 
 use asperity_model::Scenario;
 use asperity_model::law::laws::FrictionLaw;
-use asperity_model::scenario::keys::{KEYS, Key};
+use asperity_model::scenario::keys::{self, KEYS, Key};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 
@@ -102,7 +102,7 @@ const MAIN: [&str; 20] = [
 /// differ between runs are marked.
 pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
     let row = |path: &&str| {
-        let key = KEYS.iter().find(|key| key.path == *path)?;
+        let key = keys::named(path)?;
         let value = first.get(path)?;
         let differs = differing.iter().any(|other| other.path == *path);
         let (value, unit) = match (differs, value) {

@@ -1,7 +1,7 @@
 //! The page of a parameter study: its axes, its figures, and a table of its runs.
 
 use asperity_model::Scenario;
-use asperity_model::scenario::keys::{KEYS, Key};
+use asperity_model::scenario::keys::{self, Key};
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
 use asperity_record::Cell as Stored;
@@ -60,7 +60,7 @@ impl Sweep {
     /// The page.
     pub fn html(&self) -> String {
         let varied: Vec<&'static Key> =
-            self.varied.iter().filter_map(|(path, _)| KEYS.iter().find(|key| key.path == path)).collect();
+            self.varied.iter().filter_map(|(path, _)| keys::named(path)).collect();
         let asked = self.scenario.as_ref().map_or(String::new(), |scenario| {
             let asked = Parameters::of(scenario);
             format!(
@@ -71,7 +71,7 @@ impl Sweep {
             )
         });
         let rows = self.varied.iter().map(|(path, values)| {
-            let key = KEYS.iter().find(|key| key.path == path);
+            let key = keys::named(path);
             Row::from(vec![
                 Cell::Html(key.map_or(String::new(), |key| symbol(key.symbol))),
                 Cell::Html(markup::name(path)),
@@ -158,7 +158,7 @@ impl Sweep {
     fn heading(&self, column: usize) -> String {
         let (name, unit) = &self.columns[column];
         let of_summary = Summary::KEYS.iter().find(|key| key.column.name == name.as_str());
-        let words = match (KEYS.iter().find(|key| key.path == name), of_summary) {
+        let words = match (keys::named(name), of_summary) {
             (Some(key), _) => parameter_table::name(key),
             (None, Some(key)) => lettered(&key.label()),
             (None, None) => text(name),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use asperity_figures::{self as study_figures, place, read_place};
-use asperity_model::scenario::keys::{KEYS, Key, Kind};
+use asperity_model::scenario::keys::{self, Key, Kind};
 use asperity_model::scenario::rows::{Row, Rows};
 use asperity_model::scenario::text;
 use asperity_model::scenario::typed::whole;
@@ -293,7 +293,7 @@ fn few_enough(count: u64) -> Result<(), String> {
 }
 
 pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
-    let key = KEYS.iter().find(|key| key.path == path).ok_or_else(|| {
+    let key = keys::named(path).ok_or_else(|| {
         let meant = key_suggestion(path);
         format!("{path}: unknown key{meant} (accepted: the keys of `asperity scenario show default`)")
     })?;

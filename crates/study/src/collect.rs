@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_model::scenario::keys::KEYS;
+use asperity_model::scenario::keys;
 use asperity_numbers::Summary;
 use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
 use asperity_tables::table_files::TableFiles;
@@ -55,7 +55,7 @@ pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result
         .collect();
     let run = Column::new("run", ColumnKind::Step, "The run's number in its plan, from 1.");
     let keys = plan.common.keys.iter();
-    let keys = keys.filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()));
+    let keys = keys.filter_map(|path| keys::named(path.as_str()));
     let common_columns: Vec<Column> = std::iter::once(run).chain(keys.map(axis::column)).collect();
     let mut columns = common_columns.clone();
     columns.extend([

@@ -1,6 +1,6 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
-use asperity_model::scenario::keys::KEYS;
+use asperity_model::scenario::keys;
 use asperity_numbers::Number;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
@@ -55,7 +55,7 @@ impl Study {
         columns.push(Column {
             name: self.parameter.clone().into(),
             unit: unit_of(&self.parameter),
-            about: KEYS.iter().find(|key| key.path == self.parameter).map_or("", |key| key.doc).into(),
+            about: keys::named(&self.parameter).map_or("", |key| key.doc).into(),
             ..time_step
         });
         let number = |column: &Column| Column { kind: ColumnKind::Number, ..column.clone() };

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_model::scenario::keys::{KEYS, Kind as KeyKind};
+use asperity_model::scenario::keys::{self, Kind as KeyKind};
 use asperity_model::{among, suggestion};
 use asperity_numbers::Number;
 use asperity_record::{Cell, greek, unit_of};
@@ -289,7 +289,7 @@ fn with_unit(label: &str, unit: Option<&str>) -> String {
 
 /// Symbol and unit of a key, or its name in words.
 fn key_label(path: &str) -> String {
-    let key = KEYS.iter().find(|key| key.path == path);
+    let key = keys::named(path);
     let is_number = key.is_some_and(|key| matches!(key.kind, KeyKind::Number(..)));
     let unit = unit_of(path).filter(|_| is_number);
     let symbol = key.map_or("", |key| key.symbol);

@@ -5,7 +5,7 @@ use toml::Value;
 
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::KEYS;
+use crate::scenario::keys;
 
 impl Scenario {
     /// Mass of the slider and speed of long elastic waves in it, as in `0.012 kg, c = 1451 m/s`.
@@ -19,7 +19,7 @@ impl Scenario {
     pub fn as_coded_in_words(&self) -> Option<String> {
         let Scenario { parameter_set, slider, .. } = self;
         let has = |path: &str, number: f64| {
-            let key = KEYS.iter().find(|key| key.path == path);
+            let key = keys::named(path);
             key.and_then(|key| key.default_in(true)) == Some(&Value::from(number))
         };
         let is_coded =

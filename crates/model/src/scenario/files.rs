@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::scenario::Scenario;
 use crate::scenario::defaults::unusable;
-use crate::scenario::keys::KEYS;
+use crate::scenario::keys;
 use crate::scenario::source::{LayerKind, Refusals, ScenarioError, ScenarioErrors};
 use crate::scenario::text;
 
@@ -99,7 +99,7 @@ impl Refusals<'_> {
         match read {
             Ok(read) => {
                 for ((list, values), read) in lists.into_iter().zip(read) {
-                    let kind = KEYS.iter().find(|key| key.path == list).expect("it is a key").kind;
+                    let kind = keys::named(list).expect("it is a key").kind;
                     let wrong =
                         read.iter().enumerate().find_map(|(n, value)| Some((n, unusable(kind, *value)?)));
                     if let Some((n, (problem, accepted))) = wrong {

@@ -19,6 +19,8 @@ pub use friction::Friction;
 pub use run::{Detection, Recording, Time, Window};
 pub use slider::Slider;
 
+use crate::scenario::stand_ins::STAND_INS;
+
 /// A list of numbers, empty or of a length defined elsewhere.
 pub type List = Vec<f64>;
 
@@ -44,3 +46,8 @@ pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     ]
     .concat()
 });
+
+/// The key of this path, also where it only stands for another.
+pub fn named(path: &str) -> Option<&'static Key> {
+    KEYS.iter().chain(STAND_INS.iter()).find(|key| key.path == path)
+}

@@ -215,6 +215,11 @@ impl Entries {
         ScenarioError { place, key: Some(key.to_owned()), problem, accepted }
     }
 
+    /// Whether they are overrides for one run.
+    pub(crate) fn is_override(&self) -> bool {
+        self.values.values().any(|entry| entry.layer == LayerKind::Override)
+    }
+
     pub(crate) fn has(&self, key: &str) -> bool {
         self.values.contains_key(key)
     }

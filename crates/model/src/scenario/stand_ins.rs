@@ -11,7 +11,7 @@ use toml::Value;
 use crate::body::elastic::gaps;
 use crate::scenario::defaults::{insert, unusable};
 use crate::scenario::key::{AS_CODED, Key, Need, POSITIVE};
-use crate::scenario::keys::{KEYS, Slider};
+use crate::scenario::keys::{self, KEYS, Slider};
 use crate::scenario::source::{Entries, Refusals, ScenarioSource};
 
 /// The mass of the slider.
@@ -68,7 +68,7 @@ pub(super) fn has_default_sides(slider: &Slider) -> bool {
 
 /// The default of a key whose value is a number, in the set as-coded or in the other one.
 pub(super) fn default_of(path: &str, is_as_coded: bool) -> f64 {
-    let key = KEYS.iter().find(|key| key.path == path).expect("it is a key");
+    let key = keys::named(path).expect("it is a key");
     key.default_in(is_as_coded).and_then(Value::as_float).expect("its default is a number")
 }
 
@@ -102,18 +102,22 @@ pub(super) fn replace(source: &ScenarioSource, table: &mut toml::Table, refusals
     }
 }
 
-/// The mass that the layers of a scenario give its slider.
+/// The mass that the layers of a scenario give its slider. All overrides together are one layer, in whatever order.
 fn mass_kg(source: &ScenarioSource, is_as_coded: bool) -> f64 {
     let default = |path| default_of(path, is_as_coded);
     let (mut sides_m, mut mass_kg, mut is_given) = (SIDES.map(default), default(MASS), false);
-    for layer in source.readable() {
-        let number = |key: &str| layer.number(key).filter(|number| POSITIVE.accepts_number(*number));
+    let layers: Vec<&Entries> = source.readable().collect();
+    for group in layers.chunk_by(|a, b| a.is_override() && b.is_override()) {
+        let number =
+            |layer: &Entries, key: &str| layer.number(key).filter(|number| POSITIVE.accepts_number(*number));
         let before_m3: f64 = sides_m.iter().product();
         for (side_m, key) in sides_m.iter_mut().zip(SIDES) {
-            *side_m = number(key).unwrap_or(*side_m);
+            *side_m = group.iter().rev().find_map(|layer| number(layer, key)).unwrap_or(*side_m);
         }
         let volume_m3: f64 = sides_m.iter().product();
-        let given_kg = number(MASS).or_else(|| Some(number(DENSITY)? * volume_m3));
+        let given =
+            |layer: &&Entries| number(layer, MASS).or_else(|| Some(number(layer, DENSITY)? * volume_m3));
+        let given_kg = group.iter().rev().find_map(given);
         is_given |= given_kg.is_some();
         let stays = is_as_coded && !is_given;
         mass_kg = given_kg.unwrap_or(if stays { mass_kg } else { mass_kg * (volume_m3 / before_m3) });
@@ -139,18 +143,21 @@ mod tests {
         // 1200 kg/m^3, as the default; the same digits as one would write.
         assert_eq!(mass_kg(block, &[]), 0.0756);
         assert_eq!(mass_kg(block, &["slider.width_m=0.012"]), 0.1512);
-        assert_eq!(mass_kg(block, &["slider.mass_kg=0.3", "slider.width_m=0.012"]), 0.6);
+        assert_eq!(mass_kg(&format!("{block}mass_kg = 0.3"), &["slider.width_m=0.012"]), 0.6);
+        // The order of overrides means nothing.
+        assert_eq!(mass_kg(block, &["slider.mass_kg=0.3", "slider.width_m=0.012"]), 0.3);
         assert_eq!(mass_kg(block, &["slider.width_m=0.012", "slider.mass_kg=0.3"]), 0.3);
         assert_eq!(mass_kg(block, &["slider.density_kg_per_m3=2500"]), 0.1575);
         assert_eq!(mass_kg(block, &["slider.density_kg_per_m3=2500", "slider.width_m=0.012"]), 0.315);
         assert_eq!(mass_kg("slider.mass_kg = 0.3", &["slider.density_kg_per_m3=1200"]), 0.012);
+        assert_eq!(mass_kg("", &["slider.mass_kg=0.3", "slider.density_kg_per_m3=1200"]), 0.012);
         // Sides written again, and other keys, leave every bit.
         let same = ["slider.width_m=0.005", "slider.blocks=50"];
         assert_eq!(mass_kg("slider.mass_kg = 0.012345678901234567", &same), 0.012345678901234567);
         // The mass of the thesis' program belongs to no material.
         let coded = "parameter_set = 'as-coded'\nslider.length_m = 0.2";
         assert_eq!(mass_kg(coded, &[]), 12.0);
-        assert_eq!(mass_kg(coded, &["slider.mass_kg=3", "slider.length_m=0.4"]), 6.0);
+        assert_eq!(mass_kg(&format!("{coded}\nslider.mass_kg=3"), &["slider.length_m=0.4"]), 6.0);
         assert_eq!(resolve("slab", &["slider.width_m=0.012"]).unwrap().slider.mass_kg, 0.1512);
         assert_eq!(resolve("unload-comparison", &[""; 0]).unwrap().slider.mass_kg, 0.012);
     }

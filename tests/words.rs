@@ -15,6 +15,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
+
 use crate::support::binary::succeed;
 use crate::support::clients::{file, said};
 use crate::support::markdown::{Block, anchors, blocks, code, links, paragraphs};
@@ -109,6 +111,18 @@ fn every_path_that_a_page_names_is_there() {
 fn the_readme_is_short() {
     let lines = read("README.md").lines().count();
     assert!(lines <= README_LINES, "{lines} lines (accepted: up to {README_LINES})");
+}
+
+/// The README has the models as `asperity scenario list --for` prints them.
+#[test]
+fn the_readme_names_the_model_for_every_experiment() {
+    let page = read("README.md");
+    for Experiment { what, model, scenarios, cannot } in EXPERIMENTS {
+        let row = page.lines().find(|line| line.starts_with(&format!("| {what} | [{model}](docs/")));
+        let row = row.unwrap_or_else(|| panic!("{what}: {model}"));
+        assert!(row.ends_with(&format!(") | `{}` | {cannot} |", scenarios.join("`, `"))), "{row}");
+        assert!(scenarios.iter().all(|name| builtin::find(name).is_some()), "{scenarios:?}");
+    }
 }
 
 /// The thesis' own `F_X` and `mu_k` stand where they are explained, and nowhere else.

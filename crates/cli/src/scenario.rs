@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use asperity_model::scenario::builtin;
+use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
 use asperity_model::scenario::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_run::{Opened, check};
@@ -18,8 +18,17 @@ use crate::{terminal, verdict_exit};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ScenarioCommand {
-    /// List the built-in scenarios, each with its purpose.
-    List,
+    /// List the built-in scenarios, each with its purpose; with --for, which model fits which experiment.
+    #[command(after_help = "\
+Examples:
+  asperity scenario list
+  asperity scenario list --for
+  asperity scenario list --for glass")]
+    List {
+        /// List kinds of experiments, or those that a word is found in, with the model for each and what it cannot show.
+        #[arg(long = "for", value_name = "WORD", num_args = 0..=1)]
+        experiments: Option<Option<String>>,
+    },
     /// Print a scenario as complete TOML: each key with symbol, meaning and accepted values.
     #[command(after_help = "\
 Examples:
@@ -62,7 +71,8 @@ pub(crate) struct ScenarioChoice {
 
 pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Failure> {
     match command {
-        ScenarioCommand::List => {
+        ScenarioCommand::List { experiments: Some(word) } => models_for(word.as_deref().unwrap_or_default())?,
+        ScenarioCommand::List { experiments: None } => {
             for (name, text) in builtin::all() {
                 let scenario =
                     Scenario::resolve(&ScenarioSource::new(name, text)).map_err(Failure::failed)?;
@@ -79,6 +89,24 @@ pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Fai
             }
             validate::command(&scenario, arguments.format, board)?;
         }
+    }
+    Ok(())
+}
+
+/// Prints which model fits the experiments that a word is found in.
+fn models_for(word: &str) -> Result<(), Failure> {
+    let has = |text: &str| text.to_lowercase().contains(&word.to_lowercase());
+    let mut found = EXPERIMENTS.iter().filter(|of| has(of.what) || has(of.model)).peekable();
+    if found.peek().is_none() {
+        let known: Vec<&str> = EXPERIMENTS.iter().map(|of| of.what).collect();
+        let accepted = known.join("; ");
+        return Err(Failure::BadInput(format!(
+            "--for: no experiment with {word:?} (accepted: a word of: {accepted})"
+        )));
+    }
+    for Experiment { what, model, scenarios, cannot } in found {
+        let names = scenarios.join(", ");
+        terminal::say(format_args!("{what}: {model}\n  scenarios    {names}\n  cannot show  {cannot}"))?;
     }
     Ok(())
 }

@@ -10,6 +10,60 @@ pub fn find(name: &str) -> Option<&'static str> {
     all().find(|(known, _)| *known == name).map(|(_, text)| text)
 }
 
+/// A kind of experiment, and the model that shows what it shows.
+#[derive(Debug)]
+pub struct Experiment {
+    /// What is slid, and how.
+    pub what: &'static str,
+    /// The model.
+    pub model: &'static str,
+    /// Scenarios to begin with, the best first.
+    pub scenarios: &'static [&'static str],
+    /// What this model cannot show, or what its numbers hang on.
+    pub cannot: &'static str,
+}
+
+/// The kinds of experiments, the most usual first.
+pub const EXPERIMENTS: &[Experiment] = &[
+    Experiment {
+        what: "a block of PMMA or glass, pushed from its side or its top",
+        model: "slab",
+        scenarios: &["pmma-block", "slab"],
+        cannot: "what happens across its width; Poisson's ratio is 1/3",
+    },
+    Experiment {
+        what: "a long thin slider, or the thesis",
+        model: "chain",
+        scenarios: &["default", "top-driven"],
+        cannot: "waves in its bulk; counts and first slips hang on the number of blocks, unless friction.decay_length_m \
+                 is given",
+    },
+    Experiment {
+        what: "a block whose width matters, or is pushed askew",
+        model: "body; sheet if it is flat",
+        scenarios: &["body-coarse", "body", "sheet-coarse", "sheet"],
+        cannot: "contacts that age; Poisson's ratio is 1/4",
+    },
+    Experiment {
+        what: "bare rock, velocity steps, slide-hold-slide",
+        model: "rate and state",
+        scenarios: &["spring-slider", "rate-and-state"],
+        cannot: "waves in its bulk: it is a chain or a single block; contacts that stick",
+    },
+    Experiment {
+        what: "slow slip, slow fronts, afterslip",
+        model: "junctions",
+        scenarios: &["slab-junctions", "chain-junctions", "junction-slider"],
+        cannot: "where its times come from: the healing time of junctions is put in",
+    },
+    Experiment {
+        what: "a fault with many earthquakes",
+        model: "model fault",
+        scenarios: &["carlson-langer"],
+        cannot: "units: lengths and times are those of a model; single events, as the series is chaotic",
+    },
+];
+
 macro_rules! scenarios {
     ($($name:literal),* $(,)?) => {
         const SCENARIOS: &[(&str, &str)] = &[
@@ -56,6 +110,7 @@ scenarios![
     "front",
     "slip-pulse",
     "slab",
+    "pmma-block",
     "sheet",
     "sheet-coarse",
     "body",

@@ -46,6 +46,7 @@ mod parameter_sets;
 mod prestress;
 mod print;
 mod reference;
+mod refine;
 mod report;
 mod report_files;
 mod resume;

@@ -63,6 +63,8 @@ fn the_default_slider() {
     let json: Value =
         serde_json::from_str(&succeed(&["summary", "--format", "json", text(&log)])).expect("JSON");
     assert_fits_schema(&json);
+    assert_eq!(json["convergence"]["precursor_count"], "one draw");
+    assert!(json["convergence"].get("first_global_rupture_ft_fn").is_none(), "it is robust");
     let csv = succeed(&["summary", "--format", "csv", text(&log)]);
     let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!((rows.len(), rows[0].len()), (2, Summary::KEYS.len()));
@@ -96,7 +98,8 @@ fn assert_fits_schema(json: &Value) {
             Value::String(_) => "string",
             Value::Number(number) if number.is_f64() => "number",
             Value::Number(_) => "integer",
-            _ => "other",
+            Value::Object(_) => "object",
+            Value::Array(_) => "array",
         };
         let kinds = match &properties[name]["type"] {
             Value::String(kind) => vec![kind.as_str()],

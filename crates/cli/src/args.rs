@@ -13,6 +13,7 @@ use crate::events::EventsArguments;
 use crate::export::ExportArguments;
 use crate::man::ManArguments;
 use crate::note::NoteArguments;
+use crate::refine::RefineArguments;
 use crate::replay::ReplayArguments;
 use crate::report::ReportArguments;
 use crate::reproduce::{ReduceArguments, ReproduceArguments};
@@ -107,6 +108,8 @@ pub(crate) enum Command {
     Reduce(ReduceArguments),
     /// Run a pipeline: make its runs, tables and figures, and judge its claims.
     Reproduce(ReproduceArguments),
+    /// Make a scenario on other meshes and with other steps, and say what each of its numbers is worth.
+    Refine(RefineArguments),
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]
     Sweep(SweepCommand),

@@ -22,6 +22,7 @@ mod preview;
 mod progress;
 mod quakeml;
 mod reading;
+mod refine;
 mod replay;
 mod report;
 mod reproduce;
@@ -112,6 +113,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Draw(arguments) => draw::command(&arguments, &board),
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
+        Command::Refine(arguments) => refine::command(&arguments, &board),
         Command::Sweep(command) => sweep::command(&command, &board),
         Command::Completions(arguments) => completions::command(&arguments),
         Command::Man(arguments) => man::command(&arguments),

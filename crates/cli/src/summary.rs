@@ -96,8 +96,10 @@ fn print(
     as_coded: Option<&str>,
 ) -> Result<(), Failure> {
     match (arguments.format, summaries, arguments.runs.as_slice()) {
-        (SummaryFormat::Json, [summary], [_]) => print_json(summary),
-        (SummaryFormat::Json, ..) => print_json(&summaries),
+        (SummaryFormat::Json, [summary], [_]) => print_json(&summary.to_json()),
+        (SummaryFormat::Json, ..) => {
+            print_json(&summaries.iter().map(|summary| summary.to_json()).collect::<Vec<_>>())
+        }
         (SummaryFormat::Csv, ..) => {
             let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
             let mut rows = CsvRows::headed(terminal::data(), names, Spelling::Scientific)?;

@@ -3,11 +3,15 @@
 
 use asperity_record::{Column, ColumnKind};
 
+use crate::convergence::Convergence;
+
 /// What a number of a run is called, and what it means.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
     /// Its topic, as a heading.
     pub group: &'static str,
+    /// What it is worth.
+    pub convergence: Convergence,
     /// Its name, type, unit and meaning.
     pub column: Column,
 }
@@ -47,15 +51,23 @@ impl<T: FieldValue> FieldValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
 }
 
-/// A [`Key`], of its group, name, type, meaning and attributes.
+/// A [`Key`], of its group with the class of its numbers, its own class if that is another one, its name, type, meaning
+/// and attributes.
 macro_rules! key {
     (
-        $group:literal, $name:ident, $type:ty, $about:expr $(, unit = $unit:literal)?
+        $group:literal $class:ident $(as $own:ident)?, $name:ident: $type:ty, $about:expr $(, unit = $unit:literal)?
     ) => {
         $crate::key::Key {
             group: $group,
+            convergence: $crate::key::key!(@class $class $($own)?),
             column: $crate::key::key!(@column stringify!($name), $type, $about $(, $unit)?),
         }
+    };
+    (@class $class:ident) => {
+        $crate::convergence::Convergence::$class
+    };
+    (@class $class:ident $own:ident) => {
+        $crate::convergence::Convergence::$own
     };
     (@column $name:expr, $type:ty, $about:expr) => {
         ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
@@ -71,16 +83,17 @@ pub(crate) use key;
 /// of a run that has ended, behind `=`.
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
-/// its unit; a number without unit has `[unit = "1"]` after its type.
+/// its unit; a number without unit has `[unit = "1"]` after its type. Behind a group stands the class of its numbers, and
+/// behind `as` that of a number of another class.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
         pub struct $name:ident = |$run:ident: $of:ty| {
             $(
-                $group:literal {
+                $group:literal $class:ident {
                     $(
                         $(#[doc = $doc:tt])*
-                        $field:ident: $type:ty $([unit = $unit:literal])? = $value:expr,
+                        $field:ident: $type:ty $([unit = $unit:literal])? $(as $own:ident)? = $value:expr,
                     )+
                 }
             )+
@@ -101,7 +114,7 @@ macro_rules! summary {
             /// The keys in their order on pages.
             pub const KEYS: &'static [$crate::Key] = &[
                 $($($crate::key::key!(
-                    $group, $field, $type, concat!($($doc,)* "")
+                    $group $class $(as $own)?, $field: $type, concat!($($doc,)* "")
                     $(, unit = $unit)?
                 ),)+)+
             ];

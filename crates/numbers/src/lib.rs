@@ -60,6 +60,7 @@ mod at_rest;
 pub mod catalogue;
 pub mod claim;
 pub mod claims;
+pub mod convergence;
 mod creep;
 pub mod curve;
 pub mod curve_list;
@@ -101,6 +102,7 @@ pub mod text;
 mod theory_residuals;
 mod unloaded;
 
+pub use convergence::Convergence;
 pub use growth::{EventGrowth, RuptureGrowth};
 pub use key::Key;
 pub use number::Number;

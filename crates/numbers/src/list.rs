@@ -36,7 +36,7 @@ use crate::theory_residuals::{
 };
 
 numbers! {
-    "Load in time" {
+    "Load in time" Robust {
         /// First time at which `F_T / F_N` has reached `mu_d`, s.
         time_to_dynamic_coefficient_s: f64 = Loads |run, loads, _| time_to_reach(loads, run.mu_d()?);
         /// `mu_d` over that time, 1/s.
@@ -60,7 +60,7 @@ numbers! {
         /// Share of the time in which the load rises.
         rising_time_ratio: f64 = Loads |_, loads, _| rising_share(loads);
     }
-    "First slip event" {
+    "First slip event" AtDecayLength {
         /// Share of the blocks that slid in the first slip event.
         first_event_block_ratio: f64 = Events |run, _| {
             Some(f64::from(run.slips.first()?.blocks_slipped) / f64::from(run.header.blocks))
@@ -98,7 +98,7 @@ numbers! {
         onset_profile_error_ratio: f64 =
             States |run, states, _| onset_profile_error(run.of_stuck_springs()?, states);
     }
-    "Precursors among slip events" {
+    "Precursors among slip events" OneDraw {
         /// Number of precursors before the first global slip event.
         precursor_event_count: u64 = Events |run, _| Some(precursors::alone(run).len() as f64);
         /// `L_p / L` of the longest of these precursors; 0 without any.
@@ -127,7 +127,7 @@ numbers! {
         ahead_of_event_front_error_ratio: f64 =
             States |run, states, _| ahead_of_front_error(run.of_chain()?, states);
     }
-    "Precursors among slip events, beside length laws" {
+    "Precursors among slip events, beside length laws" OneDraw {
         /// Root mean square of the residuals against (5.22), over `mu_d`.
         event_residual_tilted_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Tilted));
         /// Root mean square of the residuals against (5.52), over `mu_d`.
@@ -169,7 +169,7 @@ numbers! {
             Some((InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())
         };
     }
-    "First global slip event, and those after it" {
+    "First global slip event, and those after it" OneDraw {
         /// Deviation of `F_T / F_N` at the onset of the first global slip event from `mu_d`, over `mu_d`.
         first_global_event_load_error_ratio: f64 =
             Events |run, _| Some((run.first_global_slip()?.ft_fn_onset / run.mu_d()? - 1.0).abs());
@@ -202,7 +202,7 @@ numbers! {
         largest_global_event_drop_middle_error_ratio: f64 =
             Events |run, _| Some((middle(largest_drop(run)?) / run.mu_d()? - 1.0).abs());
     }
-    "Before and after the drive is held" {
+    "Before and after the drive is held" OneDraw {
         /// Sag of `F_T / F_N` below the chord of the longest flank between two slip events before the
         /// drive is held: its mean over time, over the rise of the flank. 0 for a straight flank, 1/6 for
         /// a parabola that begins level.
@@ -233,7 +233,7 @@ numbers! {
         event_intercept_error_before_hold_ratio: f64 =
             Events |run, _| intercept_error(run, &points_beside_hold(run, Side::BeforeHold)?);
     }
-    "Motion" {
+    "Motion" OneDraw {
         /// Duration of the slip event within the dense window whose length is nearest to the claimed one,
         /// over the time in which sound crosses it, `n sqrt(m / k)`.
         event_over_crossing_ratio: f64 = Events |run, near| over_crossing(run, event_in_window(run, near?)?);
@@ -274,7 +274,7 @@ numbers! {
         shear_wave_speed_m_per_s: f64 =
             Events |run, near| speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c);
     }
-    "Before the first step" {
+    "Before the first step" Robust {
         /// Largest deviation of the initial shear from (5.50), over `p`.
         initial_shear_error_ratio: f64 = States |run, states, _| initial_shear_error(run.of_chain()?, states);
         /// `tau_1 / p_1`.
@@ -291,7 +291,7 @@ numbers! {
         relative_prestress_ratio: f64 =
             Events |run, _| front::relative_prestress(&run.of_chain()?.plan, run.plan.blocks / 2);
     }
-    "The front from block 1, and pulses" {
+    "The front from block 1, and pulses" AtDecayLength {
         /// Speed of the front that started at block 1 over the chain's wave speed `a sqrt(k / m)`: the
         /// least-squares line through its arrivals at blocks `N / 2` to `11 N / 12`; none if it did not
         /// reach them all.
@@ -357,7 +357,7 @@ numbers! {
             Some((arrest::slip_sum(run, states)? / arrest::static_slip_sum(run)? - 1.0).abs())
         };
     }
-    "Ruptures" {
+    "Ruptures" OneDraw {
         /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
         /// wherever they began.
         partial_rupture_count: u64 = Events |run, _| partial_ruptures::count(run);
@@ -391,7 +391,7 @@ numbers! {
         /// This displacement, but no later than `near` s after the arrival.
         slow_slip_until_m: f64 = Motion |run, motion, near| slow_slip::median_m(run, motion, near?);
     }
-    "Areas" {
+    "Areas" OneDraw {
         /// `A_p`, the share of all contacts that slid, of the longest precursor among ruptures.
         longest_precursor_area_ratio: f64 = Events |run, _| {
             let precursors = precursors::among_ruptures(run, &PrecursorRules::default());
@@ -424,7 +424,7 @@ numbers! {
         first_global_local_front_speed_upper_quartile_ratio: f64 =
             Arrivals |run, arrivals| fronts::global_quantile(run, arrivals, 0.75);
     }
-    "Moments of ruptures" {
+    "Moments of ruptures" OneDraw {
         /// Exponent `b` of the rate of ruptures per unit of `ln M_0`, `M_0^-b`: over ruptures of up to a given number of
         /// blocks, `near`, with more than ten times the median moment of those of one block, during which no other slid;
         /// none of fewer than 50.
@@ -435,7 +435,7 @@ numbers! {
         /// Share of the moment of all ruptures that those of more than `near` blocks have.
         long_rupture_moment_ratio: f64 = Events |run, near| moments::share_ratio(run, near?);
     }
-    "Junctions" {
+    "Junctions" OneDraw {
         /// Mean of `F_T / F_N` over time in the second half of the run.
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
         /// Friction over normal load in steady sliding at the velocity of the drive, in theory: of junctions
@@ -454,7 +454,7 @@ numbers! {
         /// pinned, if none of them breaks again.
         slow_slip_theory_m: f64 = Events |run, _| junctions::slow_slip_m(run);
     }
-    "Rate and state" {
+    "Rate and state" Robust {
         /// `F_T / F_N` at a given time.
         at_time_ft_fn: f64 [unit = "1"] = Loads |_, loads, near| rate_and_state::ft_fn_at(loads, near?);
         /// Longest time for which the drive rests and then moves again, by the course of its velocity; 0 if it never

@@ -70,10 +70,10 @@ impl Of {
 /// arguments follow from the variant of [`Of`].
 macro_rules! numbers {
     ($(
-        $group:literal {
+        $group:literal $class:ident {
             $(
                 $(#[doc = $doc:tt])*
-                $name:ident: $type:ty $([unit = $unit:literal])? = $of:ident |$($argument:pat_param),+| $body:expr;
+                $name:ident: $type:ty $([unit = $unit:literal])? $(as $own:ident)? = $of:ident |$($argument:pat_param),+| $body:expr;
             )+
         }
     )+) => {
@@ -81,7 +81,7 @@ macro_rules! numbers {
         pub(crate) const NUMBERS: &[($crate::key::Key, $crate::of::Of)] = &[
             $($((
                 $crate::key::key!(
-                    $group, $name, $type, concat!($($doc,)* "")
+                    $group $class $(as $own)?, $name: $type, concat!($($doc,)* "")
                     $(, unit = $unit)?
                 ),
                 $crate::of::Of::$of(|$($argument),+| ($body).map($crate::estimate::Estimate::from)),

@@ -3,6 +3,7 @@
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
+use crate::convergence::Convergence;
 use crate::estimate::line;
 use crate::key::summary;
 use crate::rupture_numbers as measures;
@@ -18,7 +19,7 @@ summary! {
     /// includes block 1 and began before it. A rupture that reached every block, a global rupture, is
     /// never a precursor. A number that needs ruptures is null if the log does not determine them.
     pub struct Summary = |run: &Summarizer| {
-        "The run" {
+        "The run" Robust {
             /// Name of its log, without the ending.
             run: String = run.name.clone(),
             /// Name of its scenario.
@@ -38,14 +39,14 @@ summary! {
             /// Longest time that two detachments of neighbours in one rupture may lie apart, s.
             link_time_s: Option<f64> = run.has_ruptures.then(|| run.header.scales.link_s()),
         }
-        "First slip" {
+        "First slip" AtDecayLength {
             /// Time at which a block first slides, s; null if none did.
             first_slip_s: Option<f64> = run.raw.first.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
             /// so that `F_T` is a difference.
             first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.as_ref().map(|first| first.ft_fn_onset)),
         }
-        "First slip of the whole slider" {
+        "First slip of the whole slider" Robust {
             /// Onset of the first rupture that reached every block, s; null if there is none.
             first_global_rupture_onset_s: Option<f64> = run.global.first().map(|first| first.onset_s),
             /// Time at which the last block began to slide in it, s.
@@ -56,10 +57,10 @@ summary! {
             first_global_rupture_ft_fn: Option<f64> [unit = "1"] =
                 run.ratio(run.global.first().map(|first| first.ft_fn_onset)),
             /// The block that slid first in it.
-            first_global_rupture_nucleation_block: Option<u32> =
+            first_global_rupture_nucleation_block: Option<u32> as OneDraw =
                 run.global.first().map(|first| first.nucleation_block),
             /// Speed of its front, m/s, on the side where it ran farther.
-            first_global_rupture_front_speed_m_per_s: Option<f64> =
+            first_global_rupture_front_speed_m_per_s: Option<f64> as OneDraw =
                 run.global.first().and_then(|first| run.speed_m_per_s(first)),
             /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
             /// to earlier slip, the onset is long before the slider slipped.
@@ -68,13 +69,13 @@ summary! {
             first_global_event_ft_fn: Option<f64> [unit = "1"] =
                 run.ratio(run.raw.first_global.as_ref().map(|first| first.ft_fn_onset)),
             /// Number of ruptures that reached every block.
-            global_rupture_count: Option<u64> = run.known(run.global.len() as u64),
+            global_rupture_count: Option<u64> as OfTheMesh = run.known(run.global.len() as u64),
         }
-        "Precursors" {
+        "Precursors" OneDraw {
             /// Number of precursors, not counting the slip of the whole slider.
             precursor_count: Option<u64> = run.known(run.precursors().count() as u64),
             /// Length of the longest precursor over the length of the slider, `L_p / L`.
-            longest_precursor_ratio: Option<f64> = run.lengths().last().copied(),
+            longest_precursor_ratio: Option<f64> as OfTheMesh = run.lengths().last().copied(),
             /// Mean growth from one precursor to the next, in `L_p / L`; null if there are fewer than
             /// two.
             precursor_growth_ratio: Option<f64> =
@@ -82,7 +83,7 @@ summary! {
             /// The length law that applies to the scenario; null for slabs, sheets and bodies, for drives that
             /// pull both ways, where nothing drives, and where a prestress is no smaller than sliding friction,
             /// since nothing stops a front there.
-            length_law: Option<String> = run.length_law.as_ref().map(|(law, _)| law.table_word()),
+            length_law: Option<String> as Robust = run.length_law.as_ref().map(|(law, _)| law.table_word()),
             /// Slope of the least-squares line through the residuals of the precursors, `F_T / F_N` at
             /// the onset minus the law, against `L_p / L`; null if there are fewer than three.
             length_law_slope_residual: Option<f64> [unit = "1"] =
@@ -94,7 +95,7 @@ summary! {
             length_law_rms_residual: Option<f64> [unit = "1"] =
                 mean(run.residuals().iter().map(|(_, residual)| residual * residual)).map(f64::sqrt),
         }
-        "Recurrence of global ruptures" {
+        "Recurrence of global ruptures" OneDraw {
             /// While the slider settles: median of the first quarter (rounded up) of the times from one
             /// onset to the next, s; null if there are fewer than two onsets.
             recurrence_transient_s: Option<f64> = run.transient_s(),
@@ -102,7 +103,7 @@ summary! {
             /// than five onsets.
             recurrence_steady_s: Option<f64> = run.steady_s(),
         }
-        "Loads" {
+        "Loads" OfTheMesh {
             /// Largest `F_T / F_N` in any step record.
             largest_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.largest_ft_fn),
             /// Mean fall of `F_T / F_N` from onset to end of a precursor.
@@ -112,7 +113,7 @@ summary! {
             global_rupture_drop_ft_fn: Option<f64> [unit = "1"] =
                 run.ratio(mean_of(&run.global, measures::drop_ft_fn)),
         }
-        "Durations" {
+        "Durations" OneDraw {
             /// Median time from onset to end of a precursor, s.
             precursor_duration_s: Option<f64> = median_of(run.precursors(), measures::duration_s),
             /// Median time from the onset of a precursor until the last of its blocks slides, s.
@@ -121,10 +122,10 @@ summary! {
             /// Median time from onset to end of a global rupture, s.
             global_rupture_duration_s: Option<f64> = median_of(&run.global, measures::duration_s),
             /// Median time from the onset of a global rupture until the last block slides, s.
-            global_rupture_crossing_s: Option<f64> =
+            global_rupture_crossing_s: Option<f64> as OfTheMesh =
                 median_of(&run.global, |rupture| Some(measures::crossing_s(rupture))),
         }
-        "Fronts" {
+        "Fronts" OfTheMesh {
             /// Median speed of the fronts of precursors and global ruptures, each on the side where it
             /// ran farther, m/s; ruptures of fewer than four blocks have no front speed.
             front_speed_m_per_s: Option<f64> = run.front_speed_m_per_s(),
@@ -135,7 +136,7 @@ summary! {
             global_rupture_front_speed_m_per_s: Option<f64> =
                 median_of(&run.global, |rupture| run.speed_m_per_s(rupture)),
             /// Speed of waves in the slider, m/s.
-            wave_speed_m_per_s: Option<f64> = Some(run.wave_speed_m_per_s()),
+            wave_speed_m_per_s: Option<f64> as Robust = Some(run.wave_speed_m_per_s()),
             /// Median front speed of precursors and global ruptures over the wave speed.
             front_speed_over_wave_speed_ratio: Option<f64> =
                 run.front_speed_m_per_s().and_then(|front| finite(front / run.wave_speed_m_per_s())),
@@ -147,11 +148,11 @@ summary! {
                 (run.front_speed_m_per_s().is_some() && !run.header.has_state)
                     .then(|| run.header.scales.front_error(run.header.time_step_s)),
         }
-        "Slip and force" {
+        "Slip and force" OneDraw {
             /// Mean over the precursors of the mean size of the slip of their blocks, m.
-            precursor_slip_m: Option<f64> = mean_of(run.precursors(), |rupture| rupture.mean_slip_m),
+            precursor_slip_m: Option<f64> as OfTheMesh = mean_of(run.precursors(), |rupture| rupture.mean_slip_m),
             /// Mean over the global ruptures of the mean size of the slip of their blocks, m.
-            global_rupture_slip_m: Option<f64> = mean_of(&run.global, |rupture| rupture.mean_slip_m),
+            global_rupture_slip_m: Option<f64> as OfTheMesh = mean_of(&run.global, |rupture| rupture.mean_slip_m),
             /// Largest size of the slip of a block in one rupture, m.
             largest_slip_m: Option<f64> = run.largest_slip_m,
             /// Largest speed of a block in a raw slip event, m/s; null without any, and by laws without a state.
@@ -171,17 +172,17 @@ summary! {
                 run.over_area(mean_of(&run.global, |rupture| rupture.slip_weighted_shear_force_drop_n)),
             /// Mean over the precursors of their drop of strength, the mean fall of the tangential force on a block,
             /// without friction, from detachment to re-attachment, N.
-            precursor_strength_drop_n: Option<f64> =
+            precursor_strength_drop_n: Option<f64> as OfTheMesh =
                 mean_of(run.precursors(), |rupture| rupture.mean_strength_drop_n),
             /// Mean over the global ruptures of this drop of strength, N.
-            global_rupture_strength_drop_n: Option<f64> =
+            global_rupture_strength_drop_n: Option<f64> as OfTheMesh =
                 mean_of(&run.global, |rupture| rupture.mean_strength_drop_n),
             /// Mean moment of the global ruptures, N m.
-            global_rupture_moment_n_m: Option<f64> = run.global_moment_n_m(),
+            global_rupture_moment_n_m: Option<f64> as OfTheMesh = run.global_moment_n_m(),
         }
-        "Magnitudes" {
+        "Magnitudes" OneDraw {
             /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
-            largest_magnitude: Option<f64> [unit = "1"] =
+            largest_magnitude: Option<f64> [unit = "1"] as Robust =
                 run.magnitudes.all.iter().copied().max_by(f64::total_cmp),
             /// The completeness, the magnitude above which the law of Gutenberg and Richter fits best and is tested; null, as are
             /// the four below, of fewer than 51 magnitudes.
@@ -204,35 +205,35 @@ summary! {
             /// which no other one slid.
             radiated_over_released_energy_ratio: Option<f64> = run.magnitudes.radiated_ratio(),
         }
-        "Energy, from the start to the last record" {
+        "Energy, from the start to the last record" OfTheMesh {
             /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
             /// without step records.
-            drive_work_j: Option<f64> = run.energy.map(|energy| energy.drive_work_j),
+            drive_work_j: Option<f64> as Robust = run.energy.map(|energy| energy.drive_work_j),
             /// Work of the prestress, J.
             prestress_work_j: Option<f64> = run.energy.map(|energy| energy.prestress_work_j),
             /// Heat of sliding contacts, J.
             friction_heat_j: Option<f64> = run.energy.map(|energy| energy.friction_heat_j),
             /// Work of radiation damping on sliding contacts, J; null in runs without radiation.
-            radiated_j: Option<f64> = run.energy.and_then(|energy| energy.radiated_j),
+            radiated_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.radiated_j),
             /// Energy that friction springs stored when blocks re-attached, less the energy that they
             /// lost when blocks detached, J.
-            anchor_change_j: Option<f64> = run.energy.map(|energy| energy.anchor_change_j),
+            anchor_change_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.anchor_change_j),
             /// Work of the dampers between blocks, J.
             viscous_loss_j: Option<f64> = run.energy.map(|energy| energy.viscous_loss_j),
             /// Kinetic energy at the end, J.
-            kinetic_j: Option<f64> = run.energy.map(|energy| energy.kinetic_j),
+            kinetic_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.kinetic_j),
             /// Energy of all springs at the end, J.
             elastic_j: Option<f64> = run.energy.map(|energy| energy.elastic_j),
             /// Energy added by the finite time step, the scheme work, J.
-            scheme_work_j: Option<f64> = run.energy.map(|energy| energy.scheme_work_j),
+            scheme_work_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.scheme_work_j),
             /// Mean heat of a precursor's contacts while it lasted, J; over precursors during which no
             /// other rupture slid.
             precursor_heat_j: Option<f64> = mean_of(run.precursors(), |rupture| rupture.friction_heat_j),
             /// Mean heat of a global rupture's contacts while it lasted, J; over global ruptures during
             /// which no other rupture slid.
-            global_rupture_heat_j: Option<f64> = mean_of(&run.global, |rupture| rupture.friction_heat_j),
+            global_rupture_heat_j: Option<f64> as OneDraw = mean_of(&run.global, |rupture| rupture.friction_heat_j),
         }
-        "Creep" {
+        "Creep" OfTheMesh {
             /// Whether the slider creeps from its first block: the creep front reached both block 4 and a
             /// tenth of the slider.
             creeps: Option<bool> = run.has_ruptures.then(|| run.creeps()),
@@ -247,9 +248,9 @@ summary! {
             /// Share of the displacement of the blocks, from the first record to the last, that is no slip of a
             /// rupture; null by laws without a state, where not every block has the same drive spring, where a block
             /// still slid at the end, and in logs that are incomplete or salvaged.
-            creep_ratio: Option<f64> = run.creep_ratio(),
+            creep_ratio: Option<f64> as OneDraw = run.creep_ratio(),
         }
-        "Raw slip events" {
+        "Raw slip events" OneDraw {
             /// Whether raw slip events mislead: the longest lasts more than twenty times as long as both
             /// the longest crossing of a wide rupture and the passage of a wave along the slider; or more
             /// than a quarter of the events of four blocks or more contain several wide ruptures.
@@ -262,12 +263,12 @@ summary! {
             /// of the run.
             longest_event_s: Option<f64> = run.raw.longest_s(run.simulated_s()),
             /// Number of raw slip events of four blocks or more.
-            wide_event_count: u64 = run.raw.wide_count(),
+            wide_event_count: u64 as OfTheMesh = run.raw.wide_count(),
             /// Number of raw slip events of four blocks or more in which more than one wide rupture
             /// began.
-            joined_event_count: Option<u64> = run.known(run.raw.joined_count()),
+            joined_event_count: Option<u64> as OfTheMesh = run.known(run.raw.joined_count()),
         }
-        "Contacts without load" {
+        "Contacts without load" OneDraw {
             /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts; null
             /// in logs that are incomplete.
             // A log that counts them omits a count of zero.
@@ -275,13 +276,13 @@ summary! {
                 run.solver("contact_steps_in_air").or(run.end.as_ref().map(|_| 0)),
             /// Number of contacts that detached without load, at a threshold of 0, because they bore
             /// nothing or have no static friction.
-            unloaded_contact_count: u64 = run.unloaded.counts()[0],
+            unloaded_contact_count: u64 as OfTheMesh = run.unloaded.counts()[0],
             /// Number of detachments without load of these contacts.
             unloaded_detachment_count: u64 = run.unloaded.counts()[1],
             /// Number of raw slip events in which no contact with load detached.
             unloaded_event_count: u64 = run.unloaded.counts()[2],
         }
-        "Counts" {
+        "Counts" OfTheMesh {
             /// Number of ruptures, of any size.
             rupture_count: Option<u64> = run.known(run.ruptures),
             /// Number of wide ruptures.
@@ -289,7 +290,7 @@ summary! {
             /// Number of ruptures during which another one slid.
             overlapping_rupture_count: Option<u64> = run.known(run.overlapping),
             /// Number of ruptures that a further detachment could still have joined when the run ended.
-            open_rupture_count: Option<u64> = run.known(run.open),
+            open_rupture_count: Option<u64> as OneDraw = run.known(run.open),
             /// Number of block switches.
             switch_count: u64 = run.switches,
             /// Number of detachments.
@@ -313,12 +314,29 @@ summary! {
     }
 }
 
+/// The classes of its numbers in its JSON.
+const CONVERGENCE: &str = "convergence";
+
 impl Summary {
     /// The JSON schema of a summary: every key with its meaning.
     pub fn schema() -> Value {
         // As it is written: no key is left out.
         let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-        generator.into_root_schema_for::<Summary>().to_value()
+        let mut schema = generator.into_root_schema_for::<Summary>().to_value();
+        let words: Vec<&str> = Convergence::ALL.iter().map(|(_, word, ..)| *word).collect();
+        let about = "Numbers that are not robust, with their class (docs/internals/convergence.md).";
+        schema["properties"][CONVERGENCE] =
+            json!({"type": "object", "description": about, "additionalProperties": {"enum": words}});
+        schema
+    }
+
+    /// It as JSON for other programs, with the class of each number that is not robust.
+    pub fn to_json(&self) -> Value {
+        let mut all = json!(self);
+        let classes = Summary::KEYS.iter().filter(|key| key.convergence != Convergence::Robust);
+        all[CONVERGENCE] =
+            classes.map(|key| (key.column.name.to_string(), Value::from(key.convergence.word()))).collect();
+        all
     }
 
     /// The value of each key, in the same order; null where the run does not determine it.

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use asperity_record::{printable, short};
 use serde_json::Value;
 
+use crate::convergence::Convergence;
 use crate::key::Key;
 use crate::summary::Summary;
 
@@ -31,9 +32,18 @@ pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
             writeln!(text, "{space}{}", key.group).expect("a text can be written to");
             group = key.group;
         }
-        writeln!(text, "  {label:label_width$}  {value}").expect("a text can be written to");
+        let mark = key.convergence.mark();
+        writeln!(text, "{mark:1} {label:label_width$}  {value}").expect("a text can be written to");
     }
+    text.push('\n');
+    text.push_str(&what_marks_mean());
     text
+}
+
+/// A line for each mark of numbers that are not robust.
+fn what_marks_mean() -> String {
+    let marked = Convergence::ALL.iter().filter(|(.., mark, _)| !mark.is_empty());
+    marked.map(|(.., mark, why)| format!("{mark} {why}\n")).collect()
 }
 
 /// What a key is called, and its value with its unit.

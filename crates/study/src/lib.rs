@@ -40,6 +40,7 @@
 //! - [`verification`]: the runs that are made a second time, to find nodes that compute wrongly.
 //! - [`collect()`]: the tables of runs over axes; [`Outputs`]: these, their figures, claims and page.
 //! - [`reduction`]: the outputs of runs that have names; [`Reproduction`]: makes all runs and all outputs.
+//! - [`refine`]: the study of one scenario on other meshes, which shows what its numbers are worth.
 //! - [`emit`]: scripts for clusters.
 //! - [`given`]: recognises the kind of a path: a run log, a scenario, a sweep, a folder of these.
 //!
@@ -62,6 +63,7 @@ pub mod pipeline;
 pub mod plan;
 pub mod record;
 pub mod reduction;
+pub mod refine;
 mod relative_link;
 pub mod results;
 pub mod runs;

@@ -33,6 +33,7 @@ pub fn write_table<'a>(
 /// # Errors
 /// If it cannot be written.
 pub fn write_json(files: &FileSet, path: &Path, summary: &Summary) -> Result<(), FileError> {
-    let text = serde_json::to_string_pretty(summary).expect("texts and finite numbers can always be JSON");
+    let text = serde_json::to_string_pretty(&summary.to_json())
+        .expect("texts and finite numbers can always be JSON");
     files.write(path, text + "\n")
 }

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
+use asperity_numbers::{Convergence, Number};
 use asperity_record::{Cell, Column};
 
 use super::drawn;
@@ -19,7 +20,7 @@ pub use super::print::about::Origins;
 use super::print::{self, files_of};
 use super::sheet::Sheet;
 use crate::draw::error::FigureError;
-use crate::{Figure, Kind};
+use crate::{Figure, Kind, Quantity};
 pub use gather::ScenarioOf;
 use gather::{Gathered, Heads, Row};
 
@@ -96,11 +97,19 @@ fn what(gathered: &Gathered) -> String {
     match gathered.figure.kind {
         Kind::PhaseMap { statistic, .. } => {
             let shared = map::shared(gathered, statistic).map(|shared| format!("; {shared}"));
-            format!("A number of runs as colour over two keys{}", shared.unwrap_or_default())
+            let worth = worth(gathered.figure.colour.as_ref());
+            format!("A number of runs as colour over two keys{}{worth}", shared.unwrap_or_default())
         }
-        Kind::Family { .. } => "Curves of a number of runs".to_owned(),
+        Kind::Family { .. } => format!("Curves of a number of runs{}", worth(Some(&gathered.figure.y))),
         Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),
     }
+}
+
+/// What a number that is not robust is worth, as the end of a sentence.
+fn worth(shown: Option<&Quantity>) -> String {
+    let number = shown.and_then(|shown| Number::find(&shown.column).ok());
+    let class = number.map(|number| number.key.convergence).filter(|class| *class != Convergence::Robust);
+    class.map_or_else(String::new, |class| format!("; the number is {}: {}", class.word(), class.why()))
 }
 
 #[cfg(test)]

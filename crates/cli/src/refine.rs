@@ -1,0 +1,108 @@
+//! `asperity refine`: what the numbers of a scenario are worth.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_numbers::Convergence;
+use asperity_record::{counted, short};
+use asperity_study::refine::{self, Refined, Refinement};
+use asperity_study::work::Making;
+use asperity_study::{Plan, plan};
+use asperity_tables::table_files;
+use clap::Args;
+
+use crate::exit::Failure;
+use crate::interrupt;
+use crate::outputs::{A_FOLDER, fits, must_be_new};
+use crate::progress::Board;
+use crate::scenario::ScenarioChoice;
+use crate::study::outcome;
+use crate::terminal::say;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity refine pmma-block -o out/refined
+  asperity refine out/mine.toml -o out/refined --set time.duration_s=2
+  asperity refine pmma-block -o out/refined --plan
+  asperity sweep emit slurm out/refined --tasks 9 > out/refined/sweep.slurm
+
+Twelve runs: on half as many blocks or nodes along each side, as given, on twice
+as many, and with half the time step, each three times, with moduli that differ
+in their sixth digit. A chain keeps its decay length. A line for each number:
+its value, its class as found, and its changes on the finer mesh, with the
+shorter step, and between runs that differ by a kick. Called again, it goes on,
+also with results that other processes or nodes have made. docs/sweeps.md and
+docs/internals/convergence.md say more.")]
+pub(crate) struct RefineArguments {
+    #[command(flatten)]
+    pub(crate) choice: ScenarioChoice,
+    /// Folder of the study; new or empty, or that of an earlier call.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Only write the plan, for `asperity sweep run` or `sweep emit`.
+    #[arg(long)]
+    pub(crate) plan: bool,
+}
+
+pub(crate) fn command(arguments: &RefineArguments, board: &Board) -> Result<(), Failure> {
+    let RefineArguments { choice, out, jobs, plan: only_plan } = arguments;
+    if !out.join(plan::FILE).exists() {
+        fits("--out", out, "", A_FOLDER)?;
+        must_be_new(out)?;
+    }
+    let scenario = choice.resolve_and_tell(board)?;
+    let name = choice.scenario.display();
+    let refinement =
+        Refinement::of(&scenario).map_err(|problem| Failure::BadInput(format!("{name}: {problem}")))?;
+    let (plan, _) = Plan::begun(&refinement.study, &choice.scenario, out, false, *jobs)?;
+    let runs = counted(plan.rows.len() as u64, "run");
+    board.line(&format!("{}: {runs}, the work of {:.0} as given", scenario.name, refinement.work_ratio));
+    if *only_plan {
+        return Ok(say(out.join(plan::FILE).display())?);
+    }
+    interrupt::install()?;
+    let making = Making { jobs: *jobs, ..Making::new(out, board) };
+    let results = making.make_missing(&plan, |_| true)?;
+    results.check()?;
+    let refined = Refined::all(&plan, &results)?;
+    lines(&refined).iter().try_for_each(say)?;
+    write(out, &refined)?;
+    say(out.join("tables").join("refinement.csv").display())?;
+    outcome(&results, |_| true)
+}
+
+/// Writes the table, in place of that of an earlier call.
+fn write(out: &Path, refined: &[Refined]) -> Result<(), Failure> {
+    let files = FileSet::new(Existing::Replace, Inputs::default());
+    table_files::write(&files, &out.join("tables"), "refinement", refine::table(refined))?;
+    Ok(files.publish()?)
+}
+
+/// A line for each number that all runs have, by class, the worst stated ones last; and what the classes mean.
+fn lines(refined: &[Refined]) -> Vec<String> {
+    let name_width = refined.iter().map(|one| one.number.name().len()).max().unwrap_or(0);
+    let line = |one: &Refined| {
+        let (found, [mesh, step, kicks]) = (one.found()?, one.changes?.map(|change| 100.0 * change));
+        let value = short(one.medians[0]?);
+        let worse = if one.is_worse_than_stated() { "; stated as robust" } else { "" };
+        let name = one.number.name();
+        Some((
+            found,
+            format!(
+                "{name:name_width$}  {value:>12}  {:<11}  finer mesh {mesh:.1} %, shorter step {step:.1} %, kicks {kicks:.1} %{worse}",
+                found.word()
+            ),
+        ))
+    };
+    let mut found: Vec<(Convergence, String)> = refined.iter().filter_map(line).collect();
+    found.sort_by_key(|(class, _)| *class);
+    let missing = refined.len() - found.len();
+    let mut lines: Vec<String> = found.into_iter().map(|(_, line)| line).collect();
+    lines.push(format!("{} not all runs have", counted(missing as u64, "number")));
+    lines
+}

@@ -140,3 +140,17 @@ kernel! {
         lanes.into_iter().fold(rest, f64::max)
     }
 }
+
+kernel! {
+    /// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN.
+    fn are_finite(values: &[f64]) -> bool {
+        let (groups, rest) = values.as_chunks::<8>();
+        let mut lanes = [0.0; 8];
+        for group in groups {
+            for lane in 0..8 {
+                lanes[lane] += group[lane] * 0.0;
+            }
+        }
+        lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
+    }
+}

@@ -127,6 +127,38 @@ fn by_four(
     }
 }
 kernel! {
+    /// The cosine sums of two real quantities, from the Fourier sums `V` of both as one complex one:
+    /// `C_g = (w_g V_g + conj(w_g) V_{G-g}) / 2`, `w_g = exp(-i pi g / (2 G))`.
+    fn to_cosines(sums: [&mut [f64]; 2], of: [&[f64]; 2], turns: [&[f64]; 2]) {
+        let ([u, v], size) = (sums, of[0].len());
+        let ([re, im], [cos, sin]) = (of.map(|of| &of[..size]), turns.map(|turns| &turns[..size]));
+        let (u, v) = (&mut u[..size], &mut v[..size]);
+        (u[0], v[0]) = (re[0], im[0]);
+        for g in 1..size {
+            let (c, s, mirror) = (cos[g], sin[g], size - g);
+            u[g] = 0.5 * ((c * re[g] - s * im[g]) + (c * re[mirror] + s * im[mirror]));
+            v[g] = 0.5 * ((c * im[g] + s * re[g]) + (c * im[mirror] - s * re[mirror]));
+        }
+    }
+}
+
+kernel! {
+    /// The transpose of [`to_cosines`], `W_k = w_k (D_k + i D_{G-k}) / 2`, of numbers up to the `G`th.
+    fn from_cosines(values: [&mut [f64]; 2], of: [&[f64]; 2], turns: [&[f64]; 2]) {
+        let ([re, im], size) = (values, turns[0].len());
+        let ([u, v], [cos, sin]) = (of.map(|of| &of[..=size]), turns.map(|turns| &turns[..size]));
+        let (re, im) = (&mut re[..size], &mut im[..size]);
+        (re[0], im[0]) = (u[0], v[0]);
+        for k in 1..size {
+            let (x, y) = (u[k] - v[size - k], v[k] + u[size - k]);
+            let (c, s) = (cos[k], sin[k]);
+            re[k] = 0.5 * (c * x - s * y);
+            im[k] = 0.5 * (c * y + s * x);
+        }
+    }
+}
+
+kernel! {
     /// For each wave number, the sums over its grid points of weights times values.
     fn gather(sums: &mut [[f64; 4]], near: &Near, of: [&[f64]; 2]) {
         let [u, v] = of;
@@ -154,6 +186,10 @@ kernel! {
     fn spread(values: [&mut [f64]; 2], near: &Near, coordinates: &[[f64; 4]]) {
         let [u, v] = values;
         for (((of, first), re), im) in coordinates.iter().zip(&*near.first).zip(&*near.re).zip(&*near.im) {
+            // As most waves of a sample are.
+            if *of == [0.0; 4] {
+                continue;
+            }
             let from = *first as usize;
             let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
             for t in 0..NEAR {

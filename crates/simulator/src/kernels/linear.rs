@@ -154,3 +154,26 @@ kernel! {
         lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
     }
 }
+
+kernel! {
+    /// Multiplies complex numbers by `1 + growth`.
+    fn grow(numbers: [&mut [f64]; 2], growth: [&[f64]; 2]) {
+        let count = numbers[0].len();
+        let ([x, y], [re, im]) = (numbers.map(|part| &mut part[..count]), growth.map(|part| &part[..count]));
+        for e in 0..x.len() {
+            (x[e], y[e]) = (x[e] + (x[e] * re[e] - y[e] * im[e]), y[e] + (x[e] * im[e] + y[e] * re[e]));
+        }
+    }
+}
+
+kernel! {
+    /// The growth over two intervals one after the other, `(1 + a)(1 + b) - 1`, computed without adding to 1.
+    fn compound(numbers: [&mut [f64]; 2], growth: [&[f64]; 2]) {
+        let count = numbers[0].len();
+        let ([x, y], [re, im]) = (numbers.map(|part| &mut part[..count]), growth.map(|part| &part[..count]));
+        for e in 0..x.len() {
+            let (a, b) = (x[e] + re[e] + (x[e] * re[e] - y[e] * im[e]), y[e] + im[e] + (x[e] * im[e] + y[e] * re[e]));
+            (x[e], y[e]) = (a, b);
+        }
+    }
+}

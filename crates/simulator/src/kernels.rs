@@ -40,7 +40,9 @@ pub(crate) use fourier::{NEAR, Near, bessel, fourier, from_cosines, gather, spre
 pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
 pub(crate) use lattice::{lattice_dashpots, lattice_move, lattice_springs};
-pub(crate) use linear::{add_course, are_finite, combine, compound, follow, grow, largest, products};
+pub(crate) use linear::{
+    add_course, add_multiple, are_finite, combine, compound, follow, grow, largest, products,
+};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
 pub(crate) use step::{After, Blocks, step, switching};

@@ -12,6 +12,15 @@ kernel! {
     }
 }
 
+kernel! {
+    /// `to += factor of`.
+    fn add_multiple(to: &mut [f64], factor: f64, of: &[f64]) {
+        for (to, of) in to.iter_mut().zip(of) {
+            *to += factor * of;
+        }
+    }
+}
+
 /// `sum_j coefficient_j term_j` for `LANES` blocks from `at` on.
 #[inline(always)]
 fn combined<const LANES: usize>(

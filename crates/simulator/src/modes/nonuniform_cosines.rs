@@ -34,6 +34,9 @@ const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
 /// Points of the grid that kernels reach beyond 0 and `pi`.
 const BEYOND: usize = NEAR / 2;
 
+/// Numbers left free in memory behind an array of a power of two of them.
+const APART: usize = 136;
+
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
 
@@ -71,7 +74,12 @@ impl Cosines {
             ]
         };
         let on_grid = || vec![0.0; size + 2 * BEYOND + 1];
-        let values = || vec![0.0; size];
+        // Arrays a power of two apart would meet in the same few sets of the cache's lines.
+        let values = || {
+            let mut values = Vec::with_capacity(size + APART);
+            values.resize(size, 0.0);
+            values
+        };
         Some(Cosines {
             blocks,
             size,

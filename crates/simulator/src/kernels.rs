@@ -36,11 +36,13 @@ pub(crate) use elastic::pull;
 pub(crate) use energy::{
     Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
 };
-pub(crate) use fourier::{NEAR, Near, bessel, fourier, gather, spread};
+pub(crate) use fourier::{NEAR, Near, bessel, fourier, from_cosines, gather, spread, to_cosines};
 pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
 pub(crate) use lattice::{lattice_dashpots, lattice_move, lattice_springs};
-pub(crate) use linear::{add_course, combine, follow, largest, products};
+pub(crate) use linear::{
+    add_course, add_multiple, are_finite, combine, compound, follow, grow, largest, products,
+};
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
 pub(crate) use step::{After, Blocks, step, switching};

@@ -533,22 +533,13 @@ impl Coordinates {
         numbers.rposition(|(re, im)| (re * re + im * im).sqrt() > least).map_or(0, |last| last + 1)
     }
 
-    /// The growth over two intervals one after the other, `(1 + a)(1 + b) - 1`, computed without adding
-    /// to 1.
+    /// The growth over two intervals one after the other.
     fn compound(&mut self, growth: &Coordinates) {
-        for e in 0..self.re.len() {
-            let (re, im) = (self.re[e], self.im[e]);
-            self.re[e] = re + growth.re[e] + (re * growth.re[e] - im * growth.im[e]);
-            self.im[e] = im + growth.im[e] + (re * growth.im[e] + im * growth.re[e]);
-        }
+        kernels::compound([&mut self.re, &mut self.im], [&growth.re, &growth.im]);
     }
 
     /// Multiplies by `1 + growth`.
     pub(crate) fn grow_by(&mut self, growth: &Coordinates) {
-        for e in 0..self.re.len() {
-            let (re, im) = (self.re[e], self.im[e]);
-            self.re[e] = re + (re * growth.re[e] - im * growth.im[e]);
-            self.im[e] = im + (re * growth.im[e] + im * growth.re[e]);
-        }
+        kernels::grow([&mut self.re, &mut self.im], [&growth.re, &growth.im]);
     }
 }

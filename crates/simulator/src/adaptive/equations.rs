@@ -37,6 +37,8 @@ use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 use asperity_model::plan::adaptive_state::ENERGIES;
 
+use crate::kernels;
+
 /// Unknowns, or their rates: `w_n` of all blocks, m; `y_n`, which without inertia follow from the others; `psi_n`; and
 /// the energies up to now, J.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,9 +67,7 @@ impl Unknowns {
 
     /// `self += factor * other`.
     pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
-        for (to, from) in self.0.iter_mut().zip(&other.0) {
-            *to += factor * from;
-        }
+        kernels::add_multiple(&mut self.0, factor, &other.0);
     }
 }
 

@@ -38,40 +38,31 @@ pub(crate) struct StepWork {
     pub(crate) scheme_j: f64,
 }
 
-/// Blocks whose contributions are stored before they are summed: compilers vectorise a loop that stores
-/// them, and not one that sums them directly.
-const PANEL: usize = 64;
-
-/// Sums over the first `count` elements of arrays, given for element `n` of the panel that begins at `from`.
-macro_rules! sums {
-    ($count:expr, ($($array:ident),*), |$n:ident of $from:ident| [$($part:expr),*]) => {{
-        const SUMS: usize = [$(stringify!($part)),*].len();
-        let count = $count;
-        let mut sums = [[0.0; 8]; SUMS];
-        let mut parts = [[0.0; PANEL]; SUMS];
-        for $from in (0..count).step_by(PANEL) {
-            let laid_out = PANEL.min(count - $from);
-            $(let $array = &$array[$from..$from + laid_out];)*
-            for $n in 0..laid_out {
-                let values = [$($part),*];
-                for sum in 0..SUMS {
-                    parts[sum][$n] = values[sum];
-                }
-            }
-            for (sum, part) in sums.iter_mut().zip(&parts) {
-                let (groups, rest) = part[..laid_out].as_chunks::<8>();
-                for group in groups {
-                    for lane in 0..8 {
-                        sum[lane] += group[lane];
-                    }
-                }
-                for lane in 0..rest.len() {
-                    sum[lane] += rest[lane];
-                }
+/// Sums over the first `count` elements of arrays of what `parts_of` makes of the numbers of each.
+#[inline(always)]
+fn sums<const ARRAYS: usize, const SUMS: usize>(
+    count: usize,
+    arrays: [&[f64]; ARRAYS],
+    parts_of: impl Fn(usize, [f64; ARRAYS]) -> [f64; SUMS],
+) -> [f64; SUMS] {
+    let mut sums = [[0.0; 8]; SUMS];
+    let arrays = arrays.map(|array| array[..count].as_chunks::<8>());
+    for group in 0..count / 8 {
+        let lanes = arrays.map(|(groups, _)| &groups[group]);
+        for lane in 0..8 {
+            let values = parts_of(8 * group + lane, lanes.map(|lanes| lanes[lane]));
+            for sum in 0..SUMS {
+                sums[sum][lane] += values[sum];
             }
         }
-        sums.map(|lanes| total(&lanes))
-    }};
+    }
+    for lane in 0..count % 8 {
+        let values = parts_of(count / 8 * 8 + lane, arrays.map(|(_, rest)| rest[lane]));
+        for sum in 0..SUMS {
+            sums[sum][lane] += values[sum];
+        }
+    }
+    sums.map(|lanes| total(&lanes))
 }
 
 kernel! {
@@ -97,14 +88,16 @@ kernel! {
         };
         let last = v.len() - 1;
         let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
-        let [friction_w, dampers_w, scheme_j] = sums!(
+        let [friction_w, dampers_w, scheme_j] = sums(
             last,
-            (v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt),
-            |n of from| [
-                rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
-                chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
-                scheme(v[n], v_new[n], slip[n], kt[n], chain.bond_energy(v_new_next[n] - v_new[n]))
-            ]
+            [v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt],
+            |n, [v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt]| {
+                [
+                    rubbing(v, v_new, tau, slip, sliding_friction, n),
+                    chain.bond_loss(v_next - v, v_new_next - v_new),
+                    scheme(v, v_new, slip, kt, chain.bond_energy(v_new_next - v_new)),
+                ]
+            },
         );
         StepWork {
             friction_w: friction_w
@@ -123,10 +116,11 @@ kernel! {
         };
         let last = u.len() - 1;
         let u_next = &u[1..];
-        let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip, kt), |n of from| [
-            v[n] * v[n],
-            held(u[n], u_stick[n], slip[n], kt[n]) + chain.bond_energy(u_next[n] - u[n])
-        ]);
+        let [square, elastic_j] = sums(
+            last,
+            [u, u_next, v, u_stick, slip, kt],
+            |_, [u, u_next, v, u_stick, slip, kt]| [v * v, held(u, u_stick, slip, kt) + chain.bond_energy(u_next - u)],
+        );
         [square + v[last] * v[last], elastic_j + held(u[last], u_stick[last], slip[last], kt[last])]
     }
 }
@@ -161,12 +155,11 @@ kernel! {
         let last = u.len() - 1;
         let (u_next, v_next) = (&u[1..], &v[1..]);
         let held = |spring: f64, u: f64| 0.5 * spring * u * u;
-        let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n of from| [
-            v[n] * v[n],
-            v[n] * d_v[n],
-            chain.bond_loss(v_next[n] - v[n], v_next[n] - v[n]),
-            held(spring[n], u[n]) + chain.bond_energy(u_next[n] - u[n])
-        ]);
+        // Two sums at a time: compilers put the lanes of four in the wrong order.
+        let [square, mixed] = sums(last, [v, d_v], |_, [v, d_v]| [v * v, v * d_v]);
+        let [loss, elastic] = sums(last, [u, u_next, v, v_next, spring], |_, [u, u_next, v, v_next, spring]| {
+            [chain.bond_loss(v_next - v, v_next - v), held(spring, u) + chain.bond_energy(u_next - u)]
+        });
         Forms {
             square: square + v[last] * v[last],
             mixed: mixed + v[last] * d_v[last],
@@ -179,8 +172,8 @@ kernel! {
 kernel! {
     /// `v v'` summed over the contacts whose mark is not 0.
     fn sliding_product(mark: &[f64], v: &[f64], v_new: &[f64]) -> f64 {
-        let [product] = sums!(mark.len(), (mark, v, v_new), |n of from| [
-            select_unpredictable(mark[n] != 0.0, v[n] * v_new[n], 0.0)
+        let [product] = sums(mark.len(), [mark, v, v_new], |_, [mark, v, v_new]| [
+            select_unpredictable(mark != 0.0, v * v_new, 0.0)
         ]);
         product
     }
@@ -189,7 +182,7 @@ kernel! {
 kernel! {
     /// `sum_n sigma_n f_n u_n`.
     fn directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64 {
-        let [way_j] = sums!(u.len(), (sigma, friction, u), |n of from| [sigma[n] * friction[n] * u[n]]);
+        let [way_j] = sums(u.len(), [sigma, friction, u], |_, [sigma, friction, u]| [sigma * friction * u]);
         way_j
     }
 }

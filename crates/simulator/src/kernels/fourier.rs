@@ -41,7 +41,10 @@ kernel! {
         let (mut left, mut stride, mut swapped) = (size, 1, false);
         while left > 1 {
             if left.is_multiple_of(4) {
-                by_four([re, im], [to_re, to_im], [left, stride], turns);
+                match stride {
+                    1 => first_by_four([re, im], [to_re, to_im], turns),
+                    _ => by_four([re, im], [to_re, to_im], [left, stride], turns),
+                }
                 (left, stride) = (left / 4, stride * 4);
             } else {
                 for q in 0..stride {
@@ -63,6 +66,36 @@ kernel! {
     }
 }
 
+/// The sums over four numbers, by real and imaginary parts, each but the first turned.
+#[inline(always)]
+fn four([re, im]: [[f64; 4]; 2], [[c1, s1], [c2, s2], [c3, s3]]: [[f64; 2]; 3]) -> [[f64; 4]; 2] {
+    let (sum_re, sum_im) = (re[0] + re[2], im[0] + im[2]);
+    let (off_re, off_im) = (re[0] - re[2], im[0] - im[2]);
+    let (other_re, other_im) = (re[1] + re[3], im[1] + im[3]);
+    // Times -i.
+    let (side_re, side_im) = (im[1] - im[3], re[3] - re[1]);
+    let (x1, y1) = (off_re + side_re, off_im + side_im);
+    let (x2, y2) = (sum_re - other_re, sum_im - other_im);
+    let (x3, y3) = (off_re - side_re, off_im - side_im);
+    [
+        [sum_re + other_re, c1 * x1 - s1 * y1, c2 * x2 - s2 * y2, c3 * x3 - s3 * y3],
+        [sum_im + other_im, c1 * y1 + s1 * x1, c2 * y2 + s2 * x2, c3 * y3 + s3 * x3],
+    ]
+}
+
+/// [`by_four`] of stride 1: vectorised over the sums, for want of a loop within each.
+#[inline(always)]
+fn first_by_four([re, im]: [&[f64]; 2], [to_re, to_im]: [&mut [f64]; 2], [cos, sin]: [&[f64]; 2]) {
+    let quarter = re.len() / 4;
+    let [re, im] = [re, im].map(|of| [0, 1, 2, 3].map(|part| &of[part * quarter..][..quarter]));
+    let (cos, sin) = (&cos[..4 * quarter], &sin[..4 * quarter]);
+    let (to_re, to_im) = (&mut to_re.as_chunks_mut().0[..quarter], &mut to_im.as_chunks_mut().0[..quarter]);
+    for p in 0..quarter {
+        let turns = [1, 2, 3].map(|times| [cos[times * p], sin[times * p]]);
+        [to_re[p], to_im[p]] = four([re.map(|re| re[p]), im.map(|im| im[p])], turns);
+    }
+}
+
 #[inline(always)]
 fn by_four(
     [re, im]: [&[f64]; 2],
@@ -72,8 +105,7 @@ fn by_four(
 ) {
     let quarter = left / 4;
     for p in 0..quarter {
-        let turn = |times: usize| (cos[times * p * stride], sin[times * p * stride]);
-        let [(c1, s1), (c2, s2), (c3, s3)] = [turn(1), turn(2), turn(3)];
+        let turns = [1, 2, 3].map(|times| [cos[times * p * stride], sin[times * p * stride]]);
         let from = |part: usize| (p + part * quarter) * stride;
         let [a_re, b_re, c_re, d_re] = [0, 1, 2, 3].map(|part| &re[from(part)..][..stride]);
         let [a_im, b_im, c_im, d_im] = [0, 1, 2, 3].map(|part| &im[from(part)..][..stride]);
@@ -86,18 +118,42 @@ fn by_four(
         let (third, rest) = rest.split_at_mut(stride);
         let to_im = [first, second, third, &mut rest[..stride]];
         for q in 0..stride {
-            let (sum_re, sum_im) = (a_re[q] + c_re[q], a_im[q] + c_im[q]);
-            let (off_re, off_im) = (a_re[q] - c_re[q], a_im[q] - c_im[q]);
-            let (other_re, other_im) = (b_re[q] + d_re[q], b_im[q] + d_im[q]);
-            // Times -i.
-            let (side_re, side_im) = (b_im[q] - d_im[q], d_re[q] - b_re[q]);
-            (to_re[0][q], to_im[0][q]) = (sum_re + other_re, sum_im + other_im);
-            let (x, y) = (off_re + side_re, off_im + side_im);
-            (to_re[1][q], to_im[1][q]) = (c1 * x - s1 * y, c1 * y + s1 * x);
-            let (x, y) = (sum_re - other_re, sum_im - other_im);
-            (to_re[2][q], to_im[2][q]) = (c2 * x - s2 * y, c2 * y + s2 * x);
-            let (x, y) = (off_re - side_re, off_im - side_im);
-            (to_re[3][q], to_im[3][q]) = (c3 * x - s3 * y, c3 * y + s3 * x);
+            let of = [[a_re[q], b_re[q], c_re[q], d_re[q]], [a_im[q], b_im[q], c_im[q], d_im[q]]];
+            let sums = four(of, turns);
+            for part in 0..4 {
+                (to_re[part][q], to_im[part][q]) = (sums[0][part], sums[1][part]);
+            }
+        }
+    }
+}
+kernel! {
+    /// The cosine sums of two real quantities, from the Fourier sums `V` of both as one complex one:
+    /// `C_g = (w_g V_g + conj(w_g) V_{G-g}) / 2`, `w_g = exp(-i pi g / (2 G))`.
+    fn to_cosines(sums: [&mut [f64]; 2], of: [&[f64]; 2], turns: [&[f64]; 2]) {
+        let ([u, v], size) = (sums, of[0].len());
+        let ([re, im], [cos, sin]) = (of.map(|of| &of[..size]), turns.map(|turns| &turns[..size]));
+        let (u, v) = (&mut u[..size], &mut v[..size]);
+        (u[0], v[0]) = (re[0], im[0]);
+        for g in 1..size {
+            let (c, s, mirror) = (cos[g], sin[g], size - g);
+            u[g] = 0.5 * ((c * re[g] - s * im[g]) + (c * re[mirror] + s * im[mirror]));
+            v[g] = 0.5 * ((c * im[g] + s * re[g]) + (c * im[mirror] - s * re[mirror]));
+        }
+    }
+}
+
+kernel! {
+    /// The transpose of [`to_cosines`], `W_k = w_k (D_k + i D_{G-k}) / 2`, of numbers up to the `G`th.
+    fn from_cosines(values: [&mut [f64]; 2], of: [&[f64]; 2], turns: [&[f64]; 2]) {
+        let ([re, im], size) = (values, turns[0].len());
+        let ([u, v], [cos, sin]) = (of.map(|of| &of[..=size]), turns.map(|turns| &turns[..size]));
+        let (re, im) = (&mut re[..size], &mut im[..size]);
+        (re[0], im[0]) = (u[0], v[0]);
+        for k in 1..size {
+            let (x, y) = (u[k] - v[size - k], v[k] + u[size - k]);
+            let (c, s) = (cos[k], sin[k]);
+            re[k] = 0.5 * (c * x - s * y);
+            im[k] = 0.5 * (c * y + s * x);
         }
     }
 }
@@ -130,6 +186,10 @@ kernel! {
     fn spread(values: [&mut [f64]; 2], near: &Near, coordinates: &[[f64; 4]]) {
         let [u, v] = values;
         for (((of, first), re), im) in coordinates.iter().zip(&*near.first).zip(&*near.re).zip(&*near.im) {
+            // As most waves of a sample are.
+            if *of == [0.0; 4] {
+                continue;
+            }
             let from = *first as usize;
             let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
             for t in 0..NEAR {

@@ -12,6 +12,15 @@ kernel! {
     }
 }
 
+kernel! {
+    /// `to += factor of`.
+    fn add_multiple(to: &mut [f64], factor: f64, of: &[f64]) {
+        for (to, of) in to.iter_mut().zip(of) {
+            *to += factor * of;
+        }
+    }
+}
+
 /// `sum_j coefficient_j term_j` for `LANES` blocks from `at` on.
 #[inline(always)]
 fn combined<const LANES: usize>(
@@ -138,5 +147,42 @@ kernel! {
             }
         }
         lanes.into_iter().fold(rest, f64::max)
+    }
+}
+
+kernel! {
+    /// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN.
+    fn are_finite(values: &[f64]) -> bool {
+        let (groups, rest) = values.as_chunks::<8>();
+        let mut lanes = [0.0; 8];
+        for group in groups {
+            for lane in 0..8 {
+                lanes[lane] += group[lane] * 0.0;
+            }
+        }
+        lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
+    }
+}
+
+kernel! {
+    /// Multiplies complex numbers by `1 + growth`.
+    fn grow(numbers: [&mut [f64]; 2], growth: [&[f64]; 2]) {
+        let count = numbers[0].len();
+        let ([x, y], [re, im]) = (numbers.map(|part| &mut part[..count]), growth.map(|part| &part[..count]));
+        for e in 0..x.len() {
+            (x[e], y[e]) = (x[e] + (x[e] * re[e] - y[e] * im[e]), y[e] + (x[e] * im[e] + y[e] * re[e]));
+        }
+    }
+}
+
+kernel! {
+    /// The growth over two intervals one after the other, `(1 + a)(1 + b) - 1`, computed without adding to 1.
+    fn compound(numbers: [&mut [f64]; 2], growth: [&[f64]; 2]) {
+        let count = numbers[0].len();
+        let ([x, y], [re, im]) = (numbers.map(|part| &mut part[..count]), growth.map(|part| &part[..count]));
+        for e in 0..x.len() {
+            let (a, b) = (x[e] + re[e] + (x[e] * re[e] - y[e] * im[e]), y[e] + im[e] + (x[e] * im[e] + y[e] * re[e]));
+            (x[e], y[e]) = (a, b);
+        }
     }
 }

@@ -34,6 +34,9 @@ const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
 /// Points of the grid that kernels reach beyond 0 and `pi`.
 const BEYOND: usize = NEAR / 2;
 
+/// Numbers left free in memory behind an array of a power of two of them.
+const APART: usize = 136;
+
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
 
@@ -71,7 +74,12 @@ impl Cosines {
             ]
         };
         let on_grid = || vec![0.0; size + 2 * BEYOND + 1];
-        let values = || vec![0.0; size];
+        // Arrays a power of two apart would meet in the same few sets of the cache's lines.
+        let values = || {
+            let mut values = Vec::with_capacity(size + APART);
+            values.resize(size, 0.0);
+            values
+        };
         Some(Cosines {
             blocks,
             size,
@@ -97,15 +105,8 @@ impl Cosines {
             }
         }
         self.transform();
-        // `C_g = (w_g V_g + conj(w_g) V_{G-g}) / 2`, `w_g = exp(-i pi g / (2 G))`.
-        let ([re, im], [cos, sin]) = (&self.values, &self.quarter_turns);
-        let [u, v] = &mut self.grid;
-        for g in 0..size {
-            let mirror = (size - g) % size;
-            let (c, s) = (cos[g], sin[g]);
-            u[BEYOND + g] = 0.5 * ((c * re[g] - s * im[g]) + (c * re[mirror] + s * im[mirror]));
-            v[BEYOND + g] = 0.5 * ((c * im[g] + s * re[g]) + (c * im[mirror] - s * re[mirror]));
-        }
+        let ([re, im], [cos, sin], [u, v]) = (&self.values, &self.quarter_turns, &mut self.grid);
+        kernels::to_cosines([&mut u[BEYOND..], &mut v[BEYOND..]], [re, im], [cos, sin]);
         for grid in [u, v] {
             grid[BEYOND + size] = 0.0;
             for beyond in 1..=BEYOND {
@@ -144,17 +145,8 @@ impl Cosines {
             // All cosines are 0 there.
             grid[BEYOND + size] = 0.0;
         }
-        // The transpose of `project`: `W_k = w_k (D_k + i D_{G-k}) / 2`.
-        let ([d_u, d_v], [cos, sin]) = (&self.grid, &self.quarter_turns);
-        let [re, im] = &mut self.values;
-        (re[0], im[0]) = (d_u[BEYOND], d_v[BEYOND]);
-        for k in 1..size {
-            let (at, mirror) = (BEYOND + k, BEYOND + size - k);
-            let (x, y) = (d_u[at] - d_v[mirror], d_v[at] + d_u[mirror]);
-            let (c, s) = (cos[k], sin[k]);
-            re[k] = 0.5 * (c * x - s * y);
-            im[k] = 0.5 * (c * y + s * x);
-        }
+        let ([re, im], [cos, sin], [u_grid, v_grid]) = (&mut self.values, &self.quarter_turns, &self.grid);
+        kernels::from_cosines([re, im], [&u_grid[BEYOND..], &v_grid[BEYOND..]], [cos, sin]);
         self.transform();
         for ((values, numbers), factor) in self.values.iter().zip([u, v]).zip([1.0, balance]) {
             for p in 0..blocks {

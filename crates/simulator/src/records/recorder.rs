@@ -10,6 +10,7 @@ use asperity_record::{
 };
 
 use crate::energy::instability_stop::InstabilityStop;
+use crate::kernels;
 use crate::records::solver::{Next, SimulationError};
 use crate::step::single_step::SingleSteps;
 use crate::step::strength::threshold_n;
@@ -333,24 +334,11 @@ fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
         ("a tangential force", &state.tangential_force_n),
         ("the anchor of a friction spring", &state.stick_position_m),
     ];
-    let mut suspect = kinds.into_iter().filter(|(_, values)| !are_finite(values));
+    let mut suspect = kinds.into_iter().filter(|(_, values)| !kernels::are_finite(values));
     suspect.find_map(|(what, values)| {
         let n = values.iter().position(|value| !value.is_finite())?;
         Some(at_block(what, state.step, state, n))
     })
-}
-
-/// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN. In lanes, which compilers
-/// vectorise.
-fn are_finite(values: &[f64]) -> bool {
-    let (groups, rest) = values.as_chunks::<8>();
-    let mut lanes = [0.0; 8];
-    for group in groups {
-        for (lane, value) in lanes.iter_mut().zip(group) {
-            *lane += value * 0.0;
-        }
-    }
-    lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
 }
 
 /// The error if a number of a step record is not finite although the state is. A number of the whole

@@ -72,8 +72,10 @@ pub(crate) struct Certificate<'a, const D: usize> {
     pub(crate) swing: Swing,
     /// Modes whose swing is followed from stretch to stretch; none of a chain, which is certified at once.
     pub(crate) parts: Vec<Part<D>>,
-    /// Static coefficients.
-    coefficients: Vec<f64>,
+    /// The first freedom along the normal, and static coefficients: on a foundation.
+    normal: Option<(usize, Vec<f64>)>,
+    /// Thresholds at the load of the start, where loads are given.
+    least_n: &'a [f64],
     /// What the magnitude of a force, a normal load and the sum of the driving forces may be off by.
     pub(crate) reserves: [f64; 3],
 }
@@ -98,9 +100,10 @@ impl Swing {
 impl<'a, const D: usize> Certificate<'a, D> {
     /// Of the forced part alone.
     pub(crate) fn of(plan: &'a Plan, state: &'a SliderState, forced: &'a Forced) -> Certificate<'a, D> {
-        let coefficients = (0..plan.blocks).map(|n| static_coefficient(plan, state, n)).collect();
-        let swing = Swing::none(plan);
-        Certificate { plan, state, forced, swing, parts: Vec::new(), coefficients, reserves: [0.0; 3] }
+        let coefficients = || (0..plan.blocks).map(|n| static_coefficient(plan, state, n)).collect();
+        let normal = plan.elastic.first_normal().map(|normal| (normal, coefficients()));
+        let (swing, least_n) = (Swing::none(plan), least_threshold_n(plan, state));
+        Certificate { plan, state, forced, swing, parts: Vec::new(), normal, least_n, reserves: [0.0; 3] }
     }
 
     /// Steps for which the swing that is given neither switches a contact nor stops the drive.
@@ -109,7 +112,7 @@ impl<'a, const D: usize> Certificate<'a, D> {
     }
 
     fn stretches(&self) -> Stretches {
-        if self.plan.elastic.first_normal().is_some() { LONG } else { SHORT }
+        if self.normal.is_some() { LONG } else { SHORT }
     }
 
     /// The largest number of steps that is certified.
@@ -178,12 +181,11 @@ impl<'a, const D: usize> Certificate<'a, D> {
     /// Strength of a contact in the forced part `into` steps after the first, and its change in a step. On a
     /// foundation its normal load may be `less_n` smaller; otherwise the load is given.
     fn strength_n(&self, contact: usize, into: f64, less_n: f64) -> (f64, f64) {
-        let Some(normal) = self.plan.elastic.first_normal() else {
-            let (at_start_n, ramp) = (least_threshold_n(self.plan, self.state)[contact], self.forced.ramp);
+        let Some((normal, coefficients)) = &self.normal else {
+            let (at_start_n, ramp) = (self.least_n[contact], self.forced.ramp);
             return (ramp.ahead(into).scaled_n(at_start_n), ramp.change_n(at_start_n));
         };
-        let (kf, z, mu) =
-            (self.plan.elastic.foundation_n_per_m, normal + contact, self.coefficients[contact]);
+        let (kf, z, mu) = (self.plan.elastic.foundation_n_per_m, normal + contact, coefficients[contact]);
         let rate = -kf * self.forced.advance_m[z];
         (mu * (-kf * self.forced.position_m[z] + into * rate - less_n), mu * rate)
     }

@@ -14,7 +14,7 @@ use crate::support::parquet::csv_of;
 use asperity_record::{FieldRecord, Parts, RunHeader, RunStatus, SolverReport, WindowRecord};
 use asperity_run::detectors::{self, Settings};
 use asperity_run::{Task, Verdict};
-use asperity_runlog::{Existing, LogItem, RunWriter};
+use asperity_runlog::{Content, Existing, LogItem, RunWriter};
 use asperity_testkit::{changed, folder, kinds as made, read_log, read_until_problem, scenario};
 use mcap::records::op;
 use serde_json::Value;
@@ -225,7 +225,8 @@ impl Kind {
         header.steps = records[records.len() - 1].step();
         let mut detectors = Settings::default().start(&header, Some(&scenario));
         let kinds: Vec<_> = detectors.kinds().collect();
-        let mut writer = RunWriter::create(path, Existing::Refuse, &header, &toml, &kinds).unwrap();
+        let mut writer =
+            RunWriter::create(path, Existing::Refuse, &header, &toml, &kinds, Content::Text).unwrap();
         let mut items = Vec::new();
         for record in records {
             writer.record(&record).unwrap();

@@ -12,7 +12,7 @@ use asperity_record::{
     Arrival, BulkRecord, Event, EventKind, FieldRecord, GlobalSlip, Onset, RunEnd, RunStatus, Rupture,
     SlipEvent, SolverReport,
 };
-use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
+use asperity_runlog::{Content, Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
 use mcap::read::{ChunkFlattener, LinearReader};
 use mcap::records::Record;
 
@@ -246,7 +246,8 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
         let path = log.folder.path().join(name);
         let mut reader = RunReader::open(&log.path, Topics::ALL).expect("the log has a header");
         let (header, scenario) = (reader.header().clone(), reader.scenario_toml().to_owned());
-        let mut writer = RunWriter::create(&path, Existing::Refuse, &header, &scenario, kinds).unwrap();
+        let mut writer =
+            RunWriter::create(&path, Existing::Refuse, &header, &scenario, kinds, Content::Text).unwrap();
         while let Some(item) = reader.next_item().expect("the log is whole") {
             match item {
                 LogItem::Record(record) => writer.record(&record).unwrap(),
@@ -407,7 +408,8 @@ fn a_writer_that_is_dropped_in_a_panic_leaves_no_whole_log() {
     // At the first record, in the midst of them, and behind the last.
     for survived in [0, records.len() / 2, records.len()] {
         let outcome = std::panic::catch_unwind(AssertUnwindSafe(|| {
-            let mut writer = RunWriter::create(&path, Existing::Refuse, &header, &scenario, &[]).unwrap();
+            let mut writer =
+                RunWriter::create(&path, Existing::Refuse, &header, &scenario, &[], Content::Text).unwrap();
             records[..survived].iter().for_each(|record| writer.record(record).unwrap());
             panic!("meant to happen");
         }));

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use asperity_record::{EventKind, GlobalSlip, Onset, RunHeader, RunStatus, SlipEvent, SolverReport};
-use asperity_runlog::{Existing, LogItem, RunReader, RunWriter, Topics};
+use asperity_runlog::{Content, Existing, LogItem, RunReader, RunWriter, Topics};
 use asperity_testkit::{SMALL_BODY, SMALL_SHEET};
 use serde_json::Value;
 
@@ -267,7 +267,8 @@ fn without_ruptures(log: &Path, to: &Path) {
     let header = RunHeader { code_version: "other".to_owned(), ..reader.header().clone() };
     let kinds = [EventKind::of::<Onset>(), EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()];
     let scenario = reader.scenario_toml().to_owned();
-    let mut writer = RunWriter::create(to, Existing::Refuse, &header, &scenario, &kinds).unwrap();
+    let mut writer =
+        RunWriter::create(to, Existing::Refuse, &header, &scenario, &kinds, Content::Text).unwrap();
     while let Some(item) = reader.next_item().expect("the log is whole") {
         match item {
             LogItem::Record(record) => writer.record(&record).unwrap(),

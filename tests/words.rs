@@ -189,11 +189,11 @@ fn the_columns_of_every_table_are_those_of_the_code() {
     };
     let of_records = asperity_tables::layout::record_tables(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
-    let records = of_records.iter().map(|table| (table.name.as_ref(), table.columns.as_slice()));
-    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns.as_slice())));
+    let records = of_records.iter().map(|table| (table.name.as_ref(), table.columns.clone()));
+    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns())));
     for (topic, columns) in tables {
         assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
-        let table = asperity_record::markdown(columns);
+        let table = asperity_record::markdown(&columns);
         assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
     }
     let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_table(&[0, 1, 2]).columns);

@@ -54,7 +54,7 @@ impl<'a> EventTables<'a> {
         for kind in kinds {
             let path = out.join(format!("{name}.{}.csv", kind.table));
             let file = files.create(&path).map_err(|error| refused("--out", &error, false))?;
-            let rows = CsvRows::new(BufWriter::new(file), &kind.columns, Spelling::Scientific)
+            let rows = CsvRows::new(BufWriter::new(file), &kind.columns(), Spelling::Scientific)
                 .map_err(|error| not_written(&path, error))?;
             begun.tables.push(Table { kind, path, rows: Some(rows) });
         }
@@ -109,7 +109,7 @@ impl<W: Write> Printed<W> {
         Ok(match format {
             TableFormat::Csv => {
                 let kind = EventKind::of::<SlipEvent>().with(parts);
-                let rows = CsvRows::new(out, &kind.columns, Spelling::Scientific)?;
+                let rows = CsvRows::new(out, &kind.columns(), Spelling::Scientific)?;
                 Printed::Csv(kind, Box::new(rows))
             }
             TableFormat::Json => Printed::Json(BufWriter::new(out), false),

@@ -47,5 +47,5 @@ pub(crate) fn code() -> Option<Code> {
 
 /// Whether a signal has arrived.
 pub(crate) fn has_come() -> bool {
-    code().is_some()
+    SIGNAL.get().is_some_and(|signal| signal.load(Ordering::Relaxed) != 0)
 }

@@ -246,9 +246,11 @@ impl RunProgress {
     pub(crate) fn advance(&mut self, step: u64) {
         self.step = step;
         let (time_s, duration_s) = (self.duration_s * step as f64 / self.steps as f64, self.duration_s);
-        let events =
-            self.events.map(|events| format!(", {}", counted(events, "slip event"))).unwrap_or_default();
-        self.bar.show(&self.board, step, || format!("{time_s:.3} of {duration_s} s{events}"));
+        let events = self.events;
+        self.bar.show(&self.board, step, || {
+            let events = events.map(|events| format!(", {}", counted(events, "slip event")));
+            format!("{time_s:.3} of {duration_s} s{}", events.unwrap_or_default())
+        });
         // Records of an earlier call are repeated.
         let (share, is_end) = (step as f64 / self.steps as f64, step == self.steps);
         let (known, since) = self.told;

@@ -25,7 +25,7 @@ pub mod text;
 pub mod typed;
 pub(crate) mod warnings;
 
-use serde::{Deserialize, Serialize};
+use toml::Value;
 
 use crate::body::elastic::gaps;
 use crate::law::laws::Law;
@@ -35,28 +35,57 @@ pub use crate::scenario::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
     Recording, Slider, Time, Window,
 };
-use crate::scenario::keys::{KEYS, Key, WINDOW};
+use crate::scenario::keys::{KEYS, Key, WINDOW, section};
 
-/// A resolved scenario. See [`KEYS`] for what each field means.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
-pub struct Scenario {
-    pub name: String,
-    pub summary: String,
-    pub parameter_set: ParameterSet,
-    pub slider: Slider,
-    pub friction: Friction,
-    pub drive: Drive,
-    pub normal_load: NormalLoad,
-    pub initial_shear: InitialShear,
-    pub prestress: Prestress,
-    pub disorder: Disorder,
-    pub initial_velocity: InitialVelocity,
-    pub initial: Initial,
-    pub time: Time,
-    pub detection: Detection,
-    pub recording: Recording,
+/// Declares the scenario by its sections, in the order of [`KEYS`].
+macro_rules! scenario {
+    ($($section:ident: $Section:ident,)+) => {
+        /// A resolved scenario. See [`KEYS`] for what each field means.
+        #[derive(Debug, Clone, PartialEq)]
+        #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+        pub struct Scenario {
+            pub name: String,
+            pub summary: String,
+            pub parameter_set: ParameterSet,
+            $(pub $section: $Section,)+
+        }
+
+        impl Scenario {
+            /// The values of all keys, in the order of [`KEYS`], and last the list of windows.
+            pub(crate) fn values(&self) -> Vec<Value> {
+                let mut values = vec![self.name.as_str().into(), self.summary.as_str().into()];
+                values.push(section::value(&self.parameter_set));
+                $(self.$section.append(&mut values);)+
+                values
+            }
+
+            /// The scenario with these values, each of which its key accepts.
+            pub(crate) fn of(values: Vec<Value>) -> Scenario {
+                let values = &mut values.into_iter();
+                let (name, summary, parameter_set) = section::of(&KEYS[..3], values);
+                $(let $section: $Section = section::of($Section::keys(), values);)+
+                let mut scenario = Scenario { name, summary, parameter_set, $($section,)+ };
+                let windows = values.next().expect("the list of windows is the last value");
+                scenario.recording.window = windows.try_into().expect("its keys accept what windows hold");
+                scenario
+            }
+        }
+    };
+}
+
+scenario! {
+    slider: Slider,
+    friction: Friction,
+    drive: Drive,
+    normal_load: NormalLoad,
+    initial_shear: InitialShear,
+    prestress: Prestress,
+    initial_velocity: InitialVelocity,
+    initial: Initial,
+    disorder: Disorder,
+    time: Time,
+    detection: Detection,
+    recording: Recording,
 }
 
 impl Initial {
@@ -193,16 +222,16 @@ impl Scenario {
     }
 
     fn hash_of(&self, is_meant: impl Fn(&str) -> bool) -> String {
-        let values = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
         let enters = |path: &str| match path {
             "name" | "summary" => false,
             // The other laws determine the rule.
             "friction.reattach" => self.friction.law.uses(path),
             _ => !path.ends_with("_csv") && is_meant(path),
         };
-        let mut lines = self.differing("", &KEYS, &values);
+        let mut lines = self.differing("", &KEYS, &self.values());
         for (index, window) in self.recording.window.iter().enumerate() {
-            let values = toml::Value::try_from(window).expect("a window is plain numbers");
+            let mut values = Vec::new();
+            window.append(&mut values);
             lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::keys(), &values));
         }
         lines.retain(|(path, _)| enters(path));
@@ -212,14 +241,14 @@ impl Scenario {
     }
 
     /// The keys that differ from their defaults, with their values as JSON.
-    fn differing(&self, prefix: &str, keys: &[Key], values: &toml::Value) -> Vec<(String, String)> {
+    fn differing(&self, prefix: &str, keys: &[Key], values: &[Value]) -> Vec<(String, String)> {
         let is_as_coded = self.parameter_set == ParameterSet::AsCoded;
-        let differs = |key: &&Key| key.value_in(values) != key.default_in(is_as_coded);
-        let line = |key: &Key| {
-            let value = serde_json::to_string(&key.value_in(values)).expect("plain numbers and texts");
+        let differs = |(key, value): &(&Key, &Value)| Some(*value) != key.default_in(is_as_coded);
+        let line = |(key, value): (&Key, &Value)| {
+            let value = serde_json::to_string(value).expect("plain numbers and texts");
             (format!("{prefix}{}", key.path), value)
         };
-        keys.iter().filter(differs).map(line).collect()
+        keys.iter().zip(values).filter(differs).map(line).collect()
     }
 }
 

@@ -75,8 +75,6 @@ pub struct EventKind {
     pub table: &'static str,
     /// Name of the payload's schema.
     pub schema_name: String,
-    /// The columns of a table of such events.
-    pub columns: Vec<Column>,
     /// What the run has: other columns, cells and properties of the schema are left out.
     parts: Parts,
     /// All columns that such events may have.
@@ -94,21 +92,23 @@ impl EventKind {
             topic: P::TOPIC,
             table: P::TABLE,
             schema_name: P::schema_name().into_owned(),
-            columns: Vec::new(),
             parts: Parts::default(),
             all: P::COLUMNS,
             schema: OnceLock::new(),
             make_schema: || schemars::schema_for!(P).to_value(),
             read: |json| Ok(Event::new(serde_json::from_str::<P>(json)?)),
         }
-        .with(Parts::default())
     }
 
     /// The kind of these events in a run that has these parts.
     #[must_use]
     pub fn with(self, parts: Parts) -> EventKind {
-        let columns = self.all.iter().filter(|column| is_in(parts, column)).cloned().collect();
-        EventKind { columns, parts, schema: OnceLock::new(), ..self }
+        EventKind { parts, schema: OnceLock::new(), ..self }
+    }
+
+    /// The columns of a table of such events.
+    pub fn columns(&self) -> Vec<Column> {
+        self.all.iter().filter(|column| is_in(self.parts, column)).cloned().collect()
     }
 
     /// JSON schema of the payload.

@@ -5,6 +5,7 @@ use std::any::Any;
 use std::slice;
 
 use prost::Message;
+use prost::encoding::{self, WireType};
 
 /// A record with an array for each quantity. A log has it as a message of Protocol Buffers, which programs read ten
 /// times as fast as text, and its schema from the declaration of its fields here.
@@ -17,13 +18,8 @@ pub trait BulkRecord: Message + Default {
     /// The first field that has a number which is not finite.
     fn not_finite(&self) -> Option<&'static str>;
 
-    /// The message, with numbers equal to the bit.
-    fn to_message(&self) -> Vec<u8> {
-        // Into a vector that grows, each number would be appended by a call of its own.
-        let mut message = vec![0; self.encoded_len()];
-        self.encode(&mut &mut message[..]).expect("it has the length of the message");
-        message
-    }
+    /// The message, with numbers equal to the bit: as [`Message::encode`] writes it, in far fewer instructions.
+    fn to_message(&self) -> Vec<u8>;
 
     /// Reads a message.
     ///
@@ -87,15 +83,51 @@ macro_rules! bulk {
                 let fields = [$((stringify!($field), &self.$field as &dyn Any)),+];
                 fields.into_iter().find(|(_, field)| !is_finite(*field)).map(|(name, _)| name)
             }
+
+            fn to_message(&self) -> Vec<u8> {
+                let mut message = Vec::with_capacity(self.encoded_len());
+                $(append!(message, $tag, self.$field, $type, $kind $($label)*);)+
+                message
+            }
         }
     };
+}
+
+/// Appends a field of this type to a message, unless it is empty or 0.
+macro_rules! append {
+    ($message:ident, $tag:tt, $field:expr, $type:ty, double, repeated) => {
+        append_doubles(&mut $message, $tag, &$field)
+    };
+    ($message:ident, $tag:tt, $field:expr, $type:ty, $kind:ident, repeated) => {
+        encoding::$kind::encode_packed($tag, &$field, &mut $message)
+    };
+    ($message:ident, $tag:tt, $field:expr, $type:ty, $kind:ident $($as:tt)*) => {
+        if $field != <$type>::default() {
+            encoding::$kind::encode($tag, &$field, &mut $message);
+        }
+    };
+}
+
+fn append_doubles(message: &mut Vec<u8>, tag: u32, numbers: &[f64]) {
+    if numbers.is_empty() {
+        return;
+    }
+    encoding::encode_key(tag, WireType::LengthDelimited, message);
+    encoding::encode_varint(size_of_val(numbers) as u64, message);
+    let from = message.len();
+    message.resize(from + size_of_val(numbers), 0);
+    let (places, _) = message[from..].as_chunks_mut();
+    for (place, number) in places.iter_mut().zip(numbers) {
+        *place = number.to_le_bytes();
+    }
 }
 
 /// Whether a field has no number that is infinite or NaN.
 fn is_finite(field: &dyn Any) -> bool {
     let one = field.downcast_ref::<f64>().map(slice::from_ref);
     let numbers = one.or_else(|| field.downcast_ref::<Vec<f64>>().map(Vec::as_slice));
-    numbers.is_none_or(|numbers| numbers.iter().all(|number| number.is_finite()))
+    // All of them, so that several are seen at once.
+    numbers.is_none_or(|numbers| numbers.iter().fold(true, |all, number| all & number.is_finite()))
 }
 
 bulk! {
@@ -203,7 +235,9 @@ bulk! {
 
 #[cfg(test)]
 mod tests {
-    use super::{BulkRecord, WindowRecord};
+    use prost::Message;
+
+    use super::{BulkRecord, FieldRecord, WindowRecord};
 
     #[test]
     fn numbers_are_read_as_they_were_to_the_bit() {
@@ -215,11 +249,16 @@ mod tests {
             ..WindowRecord::default()
         };
         let message = record.to_message();
+        assert_eq!(message, record.encode_to_vec());
         let read = WindowRecord::of_message(&message).unwrap();
         assert_eq!(read, record);
         assert!(read.displacement_m[0].is_sign_negative());
         // Ten bytes at most for each field but the array.
         assert!(message.len() < 4 * 8 + 50, "{} bytes", message.len());
+        let state = vec![0.5; 3];
+        let (detached, junctions_slipping) = (vec![0, 1, 0], vec![0, 300, 7]);
+        let record = FieldRecord { state, detached, junctions_slipping, ..FieldRecord::default() };
+        assert_eq!(record.to_message(), record.encode_to_vec());
     }
 
     #[test]

@@ -27,10 +27,10 @@
 //!
 //! // Code for events of any kind needs only what their detector announces.
 //! let kind = EventKind::of::<GlobalSlip>();
-//! for (column, cell) in kind.columns.iter().zip(kind.cells(&event)?) {
+//! for (column, cell) in kind.columns().iter().zip(kind.cells(&event)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
 //! }
-//! assert!(markdown(&kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));
+//! assert!(markdown(&kind.columns()).contains("| `onset_s` | double | s | Time of its onset. |"));
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 

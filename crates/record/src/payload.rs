@@ -42,7 +42,7 @@
 /// assert_eq!(Event::new(longest.clone()).json(), r#"{"event":3,"duration_s":0.25,"growth":null}"#);
 /// assert_eq!(longest.cells().as_ref(), [Cell::Step(3), Cell::Number(0.25), Cell::Empty]);
 /// assert_eq!(Longest::COLUMNS[1].unit, Some("s"));
-/// assert_eq!(EventKind::of::<Longest>().columns[0].about, "Number of the slip event in its run, counted from 0.");
+/// assert_eq!(EventKind::of::<Longest>().columns()[0].about, "Number of the slip event in its run, counted from 0.");
 /// ```
 ///
 /// A number without a known unit is a compile-time error:

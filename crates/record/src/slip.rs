@@ -159,7 +159,7 @@ mod tests {
                 + 4 * usize::from(parts.junctions)
                 + 2 * usize::from(parts.area)
                 + usize::from(parts.state);
-            assert_eq!((cells.len(), kind.columns.len()), (columns, columns));
+            assert_eq!((cells.len(), kind.columns().len()), (columns, columns));
             assert_eq!(cells[14..].join(","), last);
             let properties = kind.schema()["properties"].as_object().unwrap();
             assert_eq!(properties.len(), columns);

@@ -83,7 +83,7 @@ impl EventCheck {
             let Some(logged) = schema.as_ref().and_then(|schema| schema["properties"].as_object()) else {
                 continue;
             };
-            let names = kind.columns.iter().map(|column| column.name.to_string());
+            let names = kind.columns().into_iter().map(|column| column.name.to_string());
             let lacks: BTreeSet<String> = names.filter(|name| !logged.contains_key(name)).collect();
             ignored.extend((!lacks.is_empty()).then_some((kind.topic, lacks)));
         }

@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use asperity_model::{Plan, Preview, RecordingPlan, Scenario};
+use asperity_runlog::Content;
 use asperity_simulator::SolverKind;
 use serde::Serialize;
 
@@ -104,6 +105,23 @@ const NUMBERS_OF_A_STEP: f64 = 14.0;
 
 /// Bytes of every log besides its scenario: header, end, schemas, index.
 const FRAME_BYTES: usize = 16 << 10;
+
+/// How much more often states must be recorded than samples, and how much larger they must be, for a log of states: with
+/// more text, it would be longer by a tenth.
+const MORE: u64 = 8;
+
+/// What most of the log of a scenario will be.
+pub(crate) fn content(scenario: &Scenario) -> Content {
+    let plan = Plan::new(scenario);
+    let LogEstimate { samples, states, window_records, scheduled_bytes } = LogEstimate::of(scenario, &plan);
+    let states = states.saturating_add(window_records);
+    // A step record stands before each state.
+    let bytes_of_steps = states as f64 * NUMBERS_OF_A_STEP * BYTES_OF_A_NUMBER;
+    let are_more = states / MORE >= samples && scheduled_bytes as f64 > MORE as f64 * bytes_of_steps;
+    // States of ruptures may never come.
+    let is_sure = plan.recording.rupture_fields.is_none();
+    if are_more && is_sure { Content::States } else { Content::Text }
+}
 
 impl LogEstimate {
     fn of(scenario: &Scenario, plan: &Plan) -> LogEstimate {

@@ -13,6 +13,7 @@ use asperity_record::{EventKind, Record, RunEnd, RunHeader, RunStatus, SolverRep
 use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
 use asperity_simulator::SimulationError;
 
+use crate::forecast::content;
 use crate::stream::Item;
 
 /// Default time between checkpoints.
@@ -101,7 +102,8 @@ impl<'a> Log<'a> {
         kinds: Vec<EventKind>,
     ) -> Result<Log<'a>, WriteError> {
         let scenario_toml = scenario.to_commented_toml();
-        let writer = RunWriter::resume(unfinished, to.existing, &header, &scenario_toml, &kinds)?;
+        let content = content(scenario);
+        let writer = RunWriter::resume(unfinished, to.existing, &header, &scenario_toml, &kinds, content)?;
         let (waiting, waiting_bytes) = (Vec::new(), 0);
         let writer = Some(writer);
         Ok(Log { to, header, scenario, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
@@ -125,7 +127,9 @@ impl<'a> Log<'a> {
     fn begin(&mut self) -> Result<(), WriteError> {
         let LogTo { path, existing, .. } = self.to;
         let scenario_toml = self.scenario.to_commented_toml();
-        let mut writer = RunWriter::create(path, existing, &self.header, &scenario_toml, &self.kinds)?;
+        let content = content(self.scenario);
+        let mut writer =
+            RunWriter::create(path, existing, &self.header, &scenario_toml, &self.kinds, content)?;
         for item in take(&mut self.waiting) {
             write(&mut writer, &item)?;
         }
@@ -138,7 +142,7 @@ impl<'a> Log<'a> {
         mut self,
         status: RunStatus,
         stopped: Option<&SimulationError>,
-        report: SolverReport,
+        report: impl FnOnce() -> SolverReport,
     ) -> Result<Option<RunEnd>, WriteError> {
         let is_kept = match self.to.keep {
             KeepLog::Always => true,
@@ -146,15 +150,15 @@ impl<'a> Log<'a> {
             KeepLog::Never => false,
         };
         if status == RunStatus::Interrupted {
-            return self.interrupt(report);
+            return self.interrupt(report());
         }
         if is_kept && self.writer.is_none() {
             self.begin()?;
         }
         let Some(writer) = self.writer.filter(|_| is_kept) else { return Ok(None) };
         let end = match stopped {
-            Some(error) => writer.finish_stopped(status, error.to_string(), report)?,
-            None => writer.finish(status, report)?,
+            Some(error) => writer.finish_stopped(status, error.to_string(), report())?,
+            None => writer.finish(status, report())?,
         };
         Ok(Some(end))
     }
@@ -257,7 +261,7 @@ mod tests {
                 ),
             }
             // It keeps its temporary name; the caller removes it.
-            assert_eq!(log.finish(RunStatus::Complete, None, SolverReport::default()).unwrap(), None);
+            assert_eq!(log.finish(RunStatus::Complete, None, SolverReport::default).unwrap(), None);
             assert!(partial_path(&path).exists() && !path.exists());
         }
     }

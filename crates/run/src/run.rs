@@ -38,7 +38,7 @@ pub struct Task<'a> {
     /// The threads of the run.
     pub threads: Threads,
     /// What follows from scenario and solver, if it is known; whoever derived it has told the warnings.
-    pub derived: Option<Derived>,
+    pub derived: Option<&'a Derived>,
 }
 
 /// What follows from the scenario of a run and its solver.
@@ -246,7 +246,7 @@ enum End {
 /// # Errors
 /// If the run did not finish, see [`RunError`].
 pub fn run(
-    mut task: Task<'_>,
+    task: Task<'_>,
     begin: Begin,
     stop: &(dyn Fn() -> bool + Sync),
     observer: &mut dyn Observer,
@@ -255,18 +255,20 @@ pub fn run(
     if !SolverKind::of(law).contains(&task.solver) {
         return Err(RunError::Solver { solver: task.solver, law });
     }
-    let Derived { plan, header } = match task.derived.take() {
+    let own;
+    let Derived { plan, header } = match task.derived {
         Some(derived) => derived,
         None => {
             for warning in task.scenario.warnings() {
                 observer.notice(Notice::Warning(&warning.text));
             }
-            task.derive()
+            own = task.derive();
+            &own
         }
     };
-    let Task { scenario, solver, log, detectors: own, threads, .. } = task;
-    let mut detectors = Settings::default().start(&header, None).with_spring_factors(plan.spring_factors());
-    own.into_iter().for_each(|detector| detectors.push(detector));
+    let Task { scenario, solver, log, detectors: others, threads, .. } = task;
+    let mut detectors = Settings::default().start(header, None).with_spring_factors(plan.spring_factors());
+    others.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors)?;
     let solver = solver.start(plan.clone());
     let mut source = Source {
@@ -286,11 +288,11 @@ pub fn run(
             Begin::Anew => None,
         };
         let left = match unfinished {
-            Some(unfinished) => Left::of(unfinished, &header, scenario, &plan, &kinds)?,
+            Some(unfinished) => Left::of(unfinished, header, scenario, plan, &kinds)?,
             None => Left::Nothing,
         };
         writing = Some(match left {
-            Left::Nothing => Log::new(to, header, scenario, kinds)?,
+            Left::Nothing => Log::new(to, header.clone(), scenario, kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish(to.existing)?;
                 observer.notice(Notice::LackedItsName);
@@ -301,7 +303,7 @@ pub fn run(
                 let step = saved.step();
                 observer.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
-                Log::resume(to, unfinished, header, scenario, kinds)?
+                Log::resume(to, unfinished, header.clone(), scenario, kinds)?
             }
         });
     }
@@ -341,14 +343,12 @@ pub fn run(
     let Source { solver, before, stopped, .. } = source;
     let counters = before.counters + solver.counters();
     let fallbacks = solver.fallbacks();
-    let status = if is_stopped { RunStatus::Interrupted } else { ending(&plan, &*solver) };
-    let mut report = SolverReport {
-        counts: counters.by_name(),
-        fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
+    let status = if is_stopped { RunStatus::Interrupted } else { ending(plan, &*solver) };
+    let report = || {
+        let mut counts = counters.by_name();
+        counts.extend((before.resumed > 0).then(|| ("resumed".to_owned(), before.resumed)));
+        SolverReport { counts, fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect() }
     };
-    if before.resumed > 0 {
-        report.counts.insert("resumed".to_owned(), before.resumed);
-    }
     let status = stopped.as_ref().map_or(status, SimulationError::status);
     let end = writing.map_or(Ok(None), |log| log.finish(status, stopped.as_ref(), report))?;
     if let Some(error) = stopped {

@@ -53,7 +53,7 @@
 //!
 //! ```
 //! use asperity_record::{Energy, Record, RunHeader, RunStatus, Scales, SolverReport, StepRecord};
-//! use asperity_runlog::{Existing, LogItem, RunReader, RunWriter, Topics};
+//! use asperity_runlog::{Content, Existing, LogItem, RunReader, RunWriter, Topics};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let folder = tempfile::tempdir()?;
@@ -96,7 +96,7 @@
 //! };
 //!
 //! // No detectors, so no kinds of events.
-//! let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "blocks = 2", &[])?;
+//! let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "blocks = 2", &[], Content::Text)?;
 //! writer.record(&Record::Step(step(1, 10.0)))?;
 //! writer.record(&Record::Step(step(2, 20.0)))?;
 //! let written = writer.finish(RunStatus::Complete, SolverReport::default())?;
@@ -157,4 +157,4 @@ pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
 pub use unfinished::{Unfinished, must_be_ours};
-pub use write::RunWriter;
+pub use write::{Content, RunWriter};

@@ -11,8 +11,8 @@ use asperity_record::{
     payload,
 };
 use asperity_runlog::{
-    Existing, Gap, LogError, LogItem, LogProblem, RunReader, RunWriter, SalvageError, Salvaged, Topics,
-    Unfinished, WriteError, partial_path, salvage,
+    Content, Existing, Gap, LogError, LogItem, LogProblem, RunReader, RunWriter, SalvageError, Salvaged,
+    Topics, Unfinished, WriteError, partial_path, salvage,
 };
 use tempfile::TempDir;
 
@@ -37,7 +37,7 @@ fn step(step: u64) -> Record {
 }
 
 fn writer(path: &Path, kinds: &[EventKind]) -> RunWriter {
-    RunWriter::create(path, Existing::Refuse, &header(), "blocks = 2", kinds).unwrap()
+    RunWriter::create(path, Existing::Refuse, &header(), "blocks = 2", kinds, Content::Text).unwrap()
 }
 
 /// Writes a log of that many steps; returns its path.
@@ -168,7 +168,7 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
 fn a_log_whose_name_another_has_got_is_not_published() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let begin = || RunWriter::create(&path, Existing::Refuse, &header(), "", &[]).unwrap();
+    let begin = || RunWriter::create(&path, Existing::Refuse, &header(), "", &[], Content::Text).unwrap();
     let first = begin();
     fs::remove_file(partial_path(&path)).unwrap();
     let mut second = begin();
@@ -193,8 +193,15 @@ fn events_of_detectors_that_are_not_known_are_json_objects() {
         ("{", Err("EOF while parsing an object")),
     ] {
         let path = folder.path().join("run.mcap");
-        let mut writer =
-            RunWriter::create(&path, Existing::Replace, &header(), "", &[EventKind::of::<Mark>()]).unwrap();
+        let mut writer = RunWriter::create(
+            &path,
+            Existing::Replace,
+            &header(),
+            "",
+            &[EventKind::of::<Mark>()],
+            Content::Text,
+        )
+        .unwrap();
         (1..=STEPS).for_each(|n| writer.record(&step(n)).unwrap());
         let event = Event::of_json(Mark::TOPIC, payload);
         writer.event(&event).unwrap();
@@ -227,7 +234,8 @@ impl Marked {
         let path = folder.path().join("whole.mcap");
         let header = RunHeader { steps: Marked::STEPS, ..header() };
         let kinds = [EventKind::of::<Mark>()];
-        let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
+        let mut writer =
+            RunWriter::create(&path, Existing::Refuse, &header, "", &kinds, Content::Text).unwrap();
         for n in 1..=Marked::STEPS {
             writer.record(&step(n)).unwrap();
             if n % 1000 == 0 {

@@ -311,8 +311,8 @@ pub(crate) fn check_value(key: &Key, value: &Cell) -> Result<(), String> {
         (Kind::Word(words), Cell::Word(word)) => words.contains(&&**word),
         _ => false,
     };
-    let (path, value, accepted) = (key.path, spelled(value), key.kind);
-    if fits { Ok(()) } else { Err(format!("{path}: {value} is not accepted (accepted: {accepted})")) }
+    let refused = || format!("{}: {} is not accepted (accepted: {})", key.path, spelled(value), key.kind);
+    if fits { Ok(()) } else { Err(refused()) }
 }
 
 impl Range {

@@ -71,7 +71,7 @@ pub fn collect(plan: &Plan, results: &Results, sink: &mut dyn RowSink) -> Result
     let slips = keeps(Keep::Events).then(|| EventKind::of::<SlipEvent>().with(parts));
     let ruptures = keeps(Keep::Ruptures).then(|| EventKind::of::<Rupture>().with(parts));
     for kind in slips.iter().chain(&ruptures) {
-        sink.begin(kind.table, &[&common_columns[..], &kind.columns].concat())?;
+        sink.begin(kind.table, &[&common_columns[..], &kind.columns()].concat())?;
     }
     for row in &plan.rows[..plan.numbered() as usize] {
         let mut cells = [&[Cell::Step(row.run)], &*row.values].concat();

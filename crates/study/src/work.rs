@@ -205,14 +205,14 @@ impl<'a> Making<'a> {
         Ok((Made::Done, Some(RunOutcome { summary, slips, ruptures })))
     }
 
-    fn make_from(
-        &self,
+    fn make_from<'b>(
+        &'b self,
         begin: Begin,
-        plan: &Plan,
+        plan: &'b Plan,
         row: &Row,
         (scenario, derived): (&Scenario, &Derived),
         path: &Path,
-    ) -> (Result<Outcome, RunError>, Kept<'a>) {
+    ) -> (Result<Outcome, RunError>, Kept<'b>) {
         let keeps = |keep: Keep| plan.common.keep.contains(&keep);
         let log = LogTo {
             existing: Existing::Replace,
@@ -227,10 +227,10 @@ impl<'a> Making<'a> {
             ..LogTo::new(path)
         };
         // The other cores have runs of their own.
-        let task = Task { derived: Some(derived.clone()), ..Task::new(scenario) }.on_one_thread();
+        let task = Task { derived: Some(derived), ..Task::new(scenario) }.on_one_thread();
         let task = if self.again { task } else { task.log_to(log) };
         let mut kept = Kept {
-            label: plan.label(row.run),
+            label: (plan, row.run),
             watcher: self.watcher,
             keeps: [Keep::Events, Keep::Ruptures].map(keeps),
             summarizer: Summarizer::new(&row.run.to_string(), &derived.header, Some(scenario)),
@@ -280,7 +280,8 @@ fn clear_done(folder: &Path, results: &Results) -> Result<(), StudyError> {
 
 /// Collects the result of a run from its records and events.
 struct Kept<'a> {
-    label: String,
+    /// By which messages name it.
+    label: (&'a Plan, u64),
     watcher: &'a dyn Watcher,
     /// Whether slip events and ruptures are kept.
     keeps: [bool; 2],
@@ -303,7 +304,8 @@ impl Observer for Kept<'_> {
 
     fn notice(&mut self, notice: Notice<'_>) {
         if matches!(notice, Notice::GoesOn { .. }) {
-            self.watcher.note(&format!("{}: {notice}", self.label));
+            let (plan, run) = self.label;
+            self.watcher.note(&format!("{}: {notice}", plan.label(run)));
         }
     }
 }

@@ -107,7 +107,7 @@ mod tests {
     fn our_own_schemas_give_the_columns_that_we_have() {
         for kind in [EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()] {
             let mut found = columns(&kind.schema().to_string()).unwrap();
-            let mut own = kind.columns.clone();
+            let mut own = kind.columns();
             // A schema in a log is that of its run, and speaks of no roles.
             own.iter_mut().for_each(|column| column.over_area = None);
             own = own.into_iter().map(|column| column.with_role(None, true)).collect();

@@ -312,7 +312,7 @@ fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) 
     let rows = ROWS.iter().map(|row| (row.kind)().with(of_run));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     let known = rows.chain(kinds.iter().filter(there).cloned());
-    tables.extend(known.map(|kind| Table::new(kind.topic, kind.columns)));
+    tables.extend(known.map(|kind| Table::new(kind.topic, kind.columns())));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);
     let others = announced.iter().filter(|(topic, _)| !known(topic) && foreign::is_plain(topic));
     let table =

@@ -58,7 +58,7 @@ fn of_run<T>(run: &RunData, name: &'static str, rows: &[T], columns: &[ColumnOf<
 /// test pins the first seven.
 pub fn events(run: &RunData) -> Table {
     let kind = EventKind::of::<SlipEvent>().with(run.header.parts());
-    let mut table = Table::new(EVENTS, kind.columns.clone());
+    let mut table = Table::new(EVENTS, kind.columns());
     run.slips.iter().for_each(|slip| table.push(kind.cells_of(slip)));
     table
 }
@@ -80,7 +80,7 @@ pub fn ruptures(run: &RunData) -> Table {
 /// The columns of [`ruptures`], of a run with these parts.
 pub fn rupture_columns(parts: Parts) -> Vec<Column> {
     let event = step("event", "Number of the slip event in which the rupture began.");
-    [EventKind::of::<Rupture>().with(parts).columns, vec![event, CREEPS, MISLEAD]].concat()
+    [EventKind::of::<Rupture>().with(parts).columns(), vec![event, CREEPS, MISLEAD]].concat()
 }
 
 /// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L`, over an area beside

@@ -9,7 +9,7 @@ use asperity_record::{
     payload,
 };
 use asperity_run::OpenLog;
-use asperity_runlog::RunWriter;
+use asperity_runlog::{Content, RunWriter};
 use asperity_tables::format::{Format, State};
 use asperity_tables::run_tables::{ChoiceError, Chosen};
 use asperity_tables::{Export, ExportError, Report, Request};
@@ -56,7 +56,7 @@ fn log(folder: &Path) -> PathBuf {
     let path = folder.join("run.mcap");
     let header = RunHeader { time_step_s: 1.0, steps: 4, ..run_header() };
     let kinds = [EventKind::of::<Longest>(), EventKind::of::<Turn>(), EventKind::of::<Count>()];
-    let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
+    let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds, Content::Text).unwrap();
     for step in 1..=4 {
         writer.record(&Record::Step(quiet_step(step, step as f64, 0.5))).unwrap();
         let growth = (step > 1).then_some(1.5);

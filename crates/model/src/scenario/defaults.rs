@@ -1,44 +1,33 @@
 //! Checks every written value against its key and fills in defaults for the rest.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
 use asperity_record::bounds::{LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use asperity_record::unit_of;
 use toml::Value;
 
-use crate::scenario::keys::{self, AS_STATED, KEYS, Key, Kind};
+use crate::scenario::keys::{AS_CODED, KEYS, Key, Kind};
 use crate::scenario::keys::{WINDOW, Window};
 use crate::scenario::source::{Entries, Entry, ScenarioError};
-use crate::scenario::stand_ins::{self, STAND_INS};
+use crate::scenario::stand_ins::{ALL_KEYS, STAND_INS};
 use crate::scenario::suggest;
 
-/// The defaults of the sets as-stated and as-coded.
-static DEFAULTS: LazyLock<[toml::Table; 2]> = LazyLock::new(|| {
-    [false, true].map(|is_as_coded| {
-        let mut table = toml::Table::new();
-        for key in KEYS.iter() {
-            let default = key.default_in(is_as_coded).expect("only keys of windows lack one");
-            insert(&mut table, key.path, default.clone());
-        }
-        table
-    })
-});
-
-/// Checks the written values against the key table and adds the defaults.
-pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
-    unknown_keys(&entries.values, &stand_ins::with_all_keys(), "", errors);
+/// Checks the written values against the key table and adds the defaults: values as those of a scenario.
+pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> Vec<Value> {
+    unknown_keys(&entries.values, &ALL_KEYS, "", errors);
     for key in STAND_INS.iter() {
         entries.values.get(key.path).and_then(|entry| checked(key, key.path, entry, errors));
     }
     let named = entries.values.get("parameter_set").and_then(|entry| entry.value.as_ref());
-    let set = named.and_then(Value::as_str).unwrap_or(AS_STATED);
-    let mut table = DEFAULTS[usize::from(set == keys::AS_CODED)].clone();
-    insert(&mut table, "parameter_set", Value::String(set.to_owned()));
-    for key in KEYS.iter() {
-        let value = entries.values.get(key.path).and_then(|entry| checked(key, key.path, entry, errors));
-        if let Some(value) = value {
-            insert(&mut table, key.path, value);
+    let is_as_coded = named.and_then(Value::as_str) == Some(AS_CODED);
+    let default = |key: &Key| key.default_in(is_as_coded).expect("only keys of windows lack one").clone();
+    let mut values: Vec<Value> = KEYS.iter().map(default).collect();
+    let place = |path: &str| KEYS.iter().position(|key| key.path == path);
+    let written = entries.values.iter().filter_map(|(path, entry)| Some((place(path)?, entry)));
+    // In the order of the keys, as errors are told.
+    for (at, entry) in BTreeMap::from_iter(written) {
+        if let Some(value) = checked(&KEYS[at], KEYS[at].path, entry, errors) {
+            values[at] = value;
         }
     }
     let windows: Vec<Value> = entries
@@ -67,10 +56,8 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
             Value::Table(table)
         })
         .collect();
-    if !windows.is_empty() {
-        insert(&mut table, WINDOW, Value::Array(windows));
-    }
-    table
+    values.push(Value::Array(windows));
+    values
 }
 
 /// Most unknown keys that get a suggestion, since each search costs time.
@@ -142,48 +129,19 @@ fn how_numbers_are_written(path: &str) -> String {
     }
 }
 
-/// Inserts a value under a dotted key.
-pub(crate) fn insert(table: &mut toml::Table, path: &str, value: Value) {
-    match path.split_once('.') {
-        None => {
-            table.insert(path.to_owned(), value);
-        }
-        Some((section, rest)) => {
-            let inner =
-                table.entry(section).or_insert_with(|| Value::Table(toml::Table::new())).as_table_mut();
-            insert(inner.expect("no key is both a value and a section"), rest, value);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::fill_in;
     use crate::scenario::Scenario;
     use crate::scenario::keys::KEYS;
-    use crate::scenario::keys::Window;
     use crate::scenario::source::ScenarioSource;
 
     #[test]
-    fn key_table_and_fields_agree() {
-        // A table with a value for every key deserialises; missing and unknown keys would both
-        // fail. Windows are filled in the same way.
-        let entries = ScenarioSource::new(
-            "test.toml",
-            "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
-        );
-        let table = fill_in(&entries.entries().unwrap(), &mut Vec::new());
-        for key in KEYS.iter() {
-            let mut without = toml::Value::Table(table.clone());
-            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
-            let inner = if section.is_empty() { Some(&mut without) } else { without.get_mut(section) };
-            inner.unwrap().as_table_mut().unwrap().remove(name).unwrap();
-            assert!(without.try_into::<Scenario>().is_err(), "{} is no field", key.path);
-        }
-        let full: Scenario = toml::Value::Table(table).try_into().unwrap();
-        let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
-        assert!(
-            window.as_table().unwrap().keys().all(|key| Window::keys().iter().any(|known| known.path == key))
-        );
+    fn a_scenario_has_its_values_in_the_order_of_the_keys() {
+        let text = "drive.course_s = [1, 2]\ninitial.at_s = 3\n[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\n\
+                    first_block = 1\nlast_block = 2\n";
+        let filled = || fill_in(&ScenarioSource::new("test.toml", text).entries().unwrap(), &mut Vec::new());
+        assert_eq!(filled().len(), KEYS.len() + 1);
+        assert_eq!(Scenario::of(filled()).values(), filled());
     }
 }

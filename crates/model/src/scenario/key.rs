@@ -81,11 +81,6 @@ pub enum Kind {
 }
 
 impl Key {
-    /// Its value in the tables of a scenario.
-    pub(crate) fn value_in<'a>(&self, scenario: &'a Value) -> Option<&'a Value> {
-        self.path.split('.').try_fold(scenario, |value, part| value.get(part))
-    }
-
     /// The default in the given parameter set (`true` for as-coded), if any.
     pub fn default_in(&self, as_coded_set: bool) -> Option<&Value> {
         self.defaults.as_ref().map(|[as_coded, as_stated]| if as_coded_set { as_coded } else { as_stated })

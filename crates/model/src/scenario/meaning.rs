@@ -10,7 +10,6 @@ use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
-use crate::scenario::defaults::insert;
 use crate::scenario::key::{Key, Need};
 use crate::scenario::keys::KEYS;
 use crate::scenario::source::{LayerKind, Refusals};
@@ -21,19 +20,22 @@ const REATTACH: &str = "friction.reattach";
 /// The start of a run.
 const START: &str = "time.start";
 
-/// The keys that each law lacks.
-static LACKED: LazyLock<Vec<(FrictionLaw, Vec<&Key>)>> = LazyLock::new(|| {
-    let lacked = |law: &FrictionLaw| KEYS.iter().filter(|key| law.lacks(key.path)).collect();
+/// The places of the keys that each law lacks.
+static LACKED: LazyLock<Vec<(FrictionLaw, Vec<usize>)>> = LazyLock::new(|| {
+    let lacked = |law: &FrictionLaw| (0..KEYS.len()).filter(|&at| law.lacks(KEYS[at].path)).collect();
     FrictionLaw::ALL.iter().map(|law| (*law, lacked(law))).collect()
 });
 
-/// Sets keys that the law alone determines to the behaviour of the law, in a table with all keys. Other
+/// Sets keys that the law alone determines to the behaviour of the law, in the values of all keys. Other
 /// values are refused in scenarios and ignored in logs.
-pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>) {
+pub(crate) fn decide_by_law(values: &mut [Value], refusals: &mut Refusals<'_>) {
     let entries = refusals.entries;
-    let law: FrictionLaw = table["friction"]["law"].clone().try_into().expect("the word is that of a law");
+    let place = |path: &str| KEYS.iter().position(|key| key.path == path).expect("it is a key");
+    let law: FrictionLaw =
+        values[place("friction.law")].clone().try_into().expect("the word is that of a law");
     let (_, lacked) = LACKED.iter().find(|(of, _)| *of == law).expect("all laws are there");
-    for key in lacked {
+    for &at in lacked {
+        let key = &KEYS[at];
         // Where it cannot be chosen, a contact re-attaches whichever way it slid.
         let (fixed, why) = match key.path {
             REATTACH => (
@@ -43,8 +45,7 @@ pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>
             _ => (key.default_in(true).expect("keys of laws have defaults").clone(), ""),
         };
         let path = key.path;
-        let (section, name) = path.split_once('.').expect("keys of laws stand in sections");
-        if table[section][name] == fixed {
+        if values[at] == fixed {
             continue;
         }
         let written = stand_ins::written(key, entries);
@@ -53,10 +54,10 @@ pub(crate) fn decide_by_law(table: &mut toml::Table, refusals: &mut Refusals<'_>
                 among("friction.law", &law, FrictionLaw::ALL.iter().filter(|law| law.uses(path)));
             refusals.refuse_without_meaning(key, &fixed, &of, why, &laws);
         }
-        insert(table, path, fixed);
+        values[at] = fixed;
     }
     if !law.sticks() && !entries.values.contains_key(START) {
-        insert(table, START, Value::String("loaded".to_owned()));
+        values[place(START)] = Value::from("loaded");
     }
 }
 
@@ -68,10 +69,10 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> 
 
 /// The rule of what keys need.
 pub(crate) fn keys_have_what_they_need(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let values = Value::try_from(scenario).expect("a scenario is plain tables, numbers and texts");
-    for key in KEYS.iter().filter(|key| !key.needs.is_empty()) {
+    let values = scenario.values();
+    for (key, value) in KEYS.iter().zip(&values).filter(|(key, _)| !key.needs.is_empty()) {
         let default = key.default_in(true).expect("what is always needed has no needs");
-        if key.value_in(&values).is_none_or(|value| value == default) {
+        if value == default {
             continue;
         }
         refuse_without_needs(key, default, scenario, refusals);

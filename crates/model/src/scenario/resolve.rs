@@ -128,13 +128,11 @@ impl Scenario {
     fn resolved(source: &ScenarioSource, files: Option<&dyn Files>) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
         let mut refusals = Refusals { entries: &entries, files, errors: Vec::new() };
-        let mut table = defaults::fill_in(&entries, &mut refusals.errors);
+        let mut values = defaults::fill_in(&entries, &mut refusals.errors);
         refusals.none_so_far()?;
-        stand_ins::replace(source, &mut table, &mut refusals);
-        meaning::decide_by_law(&mut table, &mut refusals);
-        let mut scenario: Scenario = toml::Value::Table(table)
-            .try_into()
-            .expect("a table with every key checked against the key table has the fields of a scenario");
+        stand_ins::replace(source, &mut values, &mut refusals);
+        meaning::decide_by_law(&mut values, &mut refusals);
+        let mut scenario = Scenario::of(values);
         scenario.round_default_times(&entries);
         scenario.read_files(&mut refusals);
         rules::check(&scenario, &mut refusals);

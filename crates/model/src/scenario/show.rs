@@ -29,17 +29,16 @@ impl Scenario {
     }
 
     fn write_toml(&self, leave_to_parameter_set: bool) -> String {
-        let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let values = self.values();
         let mut out = String::new();
         let mut table = "";
-        for key in KEYS.iter() {
+        for (key, found) in KEYS.iter().zip(&values) {
             let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
             if section != table {
                 out.push_str(&format!("\n[{section}]\n"));
                 table = section;
             }
             let default = key.default_in(self.parameter_set == ParameterSet::AsCoded);
-            let found = key.value_in(&value).expect("the key table names fields of a scenario");
             let follows_set = key.follows_set()
                 && default == Some(found)
                 && (key.path != stand_ins::MASS || stand_ins::has_default_sides(&self.slider));
@@ -60,9 +59,9 @@ impl Scenario {
         }
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
-            let value = toml::Value::try_from(window).expect("a window is plain numbers");
-            for key in Window::keys() {
-                let found = value.get(key.path).expect("the key table names fields of a window");
+            let mut values = Vec::new();
+            window.append(&mut values);
+            for (key, found) in Window::keys().iter().zip(&values) {
                 comment_and_value(&mut out, key, key.path, found, None);
             }
         }
@@ -97,20 +96,21 @@ impl Scenario {
 
     /// Why the text in its log would be longer than any reader accepts; `None` if it is not.
     pub(crate) fn too_long_for_a_log(&self, entries: &Entries) -> Option<ScenarioError> {
-        let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let values = self.values();
         let drawn = Quantity::ALL.iter().filter(|of| of.spread(self) != 0.0).count();
         // Most are far from it, which takes no text to see.
-        let most_bytes = most_bytes(&value) + drawn * self.slider.contacts() as usize * LONGEST_NUMBER_BYTES;
+        let most_bytes = values.iter().map(most_bytes).sum::<usize>()
+            + drawn * self.slider.contacts() as usize * LONGEST_NUMBER_BYTES;
         if most_bytes <= LONGEST_TOML_BYTES / 2 {
             return None;
         }
         let too_long = check_toml(&self.to_commented_toml()).err()?;
-        let own = KEYS.iter().filter_map(|key| Some((key.value_in(&value)?.to_string().len(), key.path)));
+        let own = KEYS.iter().zip(&values).map(|(key, value)| (value.to_string().len(), key.path));
         let of_draws = Quantity::ALL.iter().map(|of| {
             let drawn: Vec<String> = of.drawn(self).iter().map(f64::to_string).collect();
             (drawn.join(", ").len(), of.spread_key())
         });
-        let windows = value.get("recording").map_or(0, |all| all.to_string().len());
+        let windows = values.last().map_or(0, |windows| windows.to_string().len());
         let (bytes, key) = own.chain(of_draws).chain([(windows, WINDOW)]).max()?;
         let problem = format!("with {bytes} bytes for it, a log of this scenario would hold {too_long}");
         Some(entries.error(key, problem, "fewer blocks, times or windows, or shorter numbers"))
@@ -158,14 +158,15 @@ impl Scenario {
 /// The longest number as TOML, which has no exponents: 1e-30 with 17 digits and a sign, and what separates numbers.
 const LONGEST_NUMBER_BYTES: usize = 54;
 
-/// Bytes that the values of a scenario have at most in its text.
+/// Bytes that the value of a key has at most in the text of a scenario, with its comments.
 fn most_bytes(value: &toml::Value) -> usize {
-    match value {
+    1000 + match value {
         // Control characters are written as six.
         toml::Value::String(text) => 6 * text.len(),
-        toml::Value::Array(values) => values.iter().map(most_bytes).sum(),
-        // With the comments of a key, or of a window.
-        toml::Value::Table(table) => table.values().map(|value| 1000 + most_bytes(value)).sum(),
+        toml::Value::Array(values) if values.iter().all(|value| !value.is_table()) => {
+            values.len() * LONGEST_NUMBER_BYTES
+        }
+        toml::Value::Array(windows) => windows.len() * 1000 * Window::keys().len(),
         _ => LONGEST_NUMBER_BYTES,
     }
 }

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use toml::Value;
 
 use crate::body::elastic::gaps;
-use crate::scenario::defaults::{insert, unusable};
+use crate::scenario::defaults::unusable;
 use crate::scenario::key::{AS_CODED, Key, Need, POSITIVE};
 use crate::scenario::keys::{self, KEYS, Slider};
 use crate::scenario::source::{Entries, Refusals, ScenarioSource};
@@ -37,9 +37,8 @@ pub static STAND_INS: LazyLock<[Key; 2]> = LazyLock::new(|| {
 });
 
 /// All keys that a scenario may be written with.
-pub(super) fn with_all_keys() -> Vec<&'static Key> {
-    KEYS.iter().chain(STAND_INS.iter()).collect()
-}
+pub(super) static ALL_KEYS: LazyLock<Vec<&Key>> =
+    LazyLock::new(|| KEYS.iter().chain(STAND_INS.iter()).collect());
 
 /// Each with the key that it stands for.
 const PAIRS: [(&str, &str); 2] = [(DENSITY, MASS), (DECAY_LENGTH, STIFFNESS_RATIO)];
@@ -72,33 +71,31 @@ pub(super) fn default_of(path: &str, is_as_coded: bool) -> f64 {
     key.default_in(is_as_coded).and_then(Value::as_float).expect("its default is a number")
 }
 
-/// Puts what the stand-ins stand for into a table that has all other keys. The mass follows the sides of the slider as
+/// Puts what the stand-ins stand for into the values of all other keys. The mass follows the sides of the slider as
 /// well: where a layer changes one without a mass, the density stays, but for the mass of the set as-coded.
-pub(super) fn replace(source: &ScenarioSource, table: &mut toml::Table, refusals: &mut Refusals<'_>) {
+pub(super) fn replace(source: &ScenarioSource, values: &mut [Value], refusals: &mut Refusals<'_>) {
     let entries = refusals.entries;
     for (stand_in, key) in PAIRS.iter().filter(|(one, other)| entries.has(one) && entries.has(other)) {
         let accepted = format!("one of {stand_in} and {key}");
         refusals.refuse(stand_in, format!("{key} is given as well, and each determines the other"), accepted);
     }
-    let slider = table["slider"].clone();
-    let number = |key: &str| slider[key].as_float().expect("a checked number");
-    let mass_kg = mass_kg(source, table["parameter_set"].as_str() == Some(AS_CODED));
-    let mut put = |path: &str, of: &str, value: f64| {
+    let at = |path: &str| KEYS.iter().position(|key| key.path == path).expect("it is a key");
+    let number = |path: &str| values[at(path)].as_float().expect("a checked number");
+    let mass_kg = mass_kg(source, values[at("parameter_set")].as_str() == Some(AS_CODED));
+    let of_mass = if entries.has(DENSITY) { DENSITY } else { MASS };
+    let mass = (mass_kg != number(MASS)).then_some((MASS, of_mass, mass_kg));
+    let blocks = values[at("slider.blocks")].as_integer().expect("a checked count");
+    let spacing_m = number(SIDES[0]) / gaps(blocks as usize) as f64;
+    let ratio = entries.number(DECAY_LENGTH).map(|length_m| (spacing_m / length_m).powi(2));
+    for (path, of, value) in mass.into_iter().chain(ratio.map(|ratio| (STIFFNESS_RATIO, DECAY_LENGTH, ratio)))
+    {
         // In as many digits as one would write.
         let value: f64 = format!("{value:.11e}").parse().expect("a number is read as it is written");
         match unusable(POSITIVE, value) {
             Some((problem, accepted)) if path == of => refusals.refuse(of, problem, accepted),
             Some((problem, accepted)) => refusals.refuse(of, format!("{path}: {problem}"), accepted),
-            None => insert(table, path, Value::Float(value)),
+            None => values[at(path)] = Value::Float(value),
         }
-    };
-    if mass_kg != number("mass_kg") {
-        put(MASS, if entries.has(DENSITY) { DENSITY } else { MASS }, mass_kg);
-    }
-    if let Some(decay_length_m) = entries.number(DECAY_LENGTH) {
-        let blocks = slider["blocks"].as_integer().expect("a checked count");
-        let spacing_m = number("length_m") / gaps(blocks as usize) as f64;
-        put(STIFFNESS_RATIO, DECAY_LENGTH, (spacing_m / decay_length_m).powi(2));
     }
 }
 

@@ -118,7 +118,7 @@ pub fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// `; did you mean ...?` of the scenario keys that may be meant; empty if none is close enough.
 pub fn key_suggestion(written: &str) -> String {
-    did_you_mean(&keys(written, &stand_ins::with_all_keys()))
+    did_you_mean(&keys(written, &stand_ins::ALL_KEYS))
 }
 
 /// `; did you mean ...? (accepted: ...)` for a name that is not among those known. For a long list, gives
@@ -170,7 +170,7 @@ mod tests {
     use super::{among, did_you_mean, keys, names};
     use crate::scenario::keys::KEYS;
     use crate::scenario::keys::Window;
-    use crate::scenario::stand_ins::with_all_keys;
+    use crate::scenario::stand_ins::ALL_KEYS;
 
     #[test]
     fn keys_are_found_by_symbol_last_part_part_and_spelling() {
@@ -217,7 +217,7 @@ mod tests {
             ("", ""),
             ("slider.", ""),
         ] {
-            assert_eq!(keys(written, &with_all_keys()).join(" "), meant, "{written:?}");
+            assert_eq!(keys(written, &ALL_KEYS).join(" "), meant, "{written:?}");
         }
         assert_eq!(keys("form_s", &Window::keys().iter().collect::<Vec<_>>()), ["from_s"]);
         assert_eq!(keys("block", &Window::keys().iter().collect::<Vec<_>>()), ["first_block", "last_block"]);
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn every_symbol_leads_to_its_key() {
         for key in KEYS.iter().filter(|key| !key.symbol.is_empty()) {
-            assert!(keys(key.symbol, &with_all_keys()).contains(&key.path), "{}", key.symbol);
+            assert!(keys(key.symbol, &ALL_KEYS).contains(&key.path), "{}", key.symbol);
         }
     }
 
@@ -260,7 +260,7 @@ mod tests {
         ] {
             assert_eq!(names(written, known).join(" "), meant);
         }
-        assert_eq!(keys(&"tilt".repeat(1_000_000), &with_all_keys()), [""; 0]);
+        assert_eq!(keys(&"tilt".repeat(1_000_000), &ALL_KEYS), [""; 0]);
     }
 
     #[test]

@@ -1,5 +1,12 @@
 //! A section of a scenario: its keys are its fields, each declared once with type, default, range, symbol and meaning.
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::de::value::SeqDeserializer;
+use toml::Value;
+
+use crate::scenario::key::Key;
+
 /// Declares a section: `field: type = default; kind, "symbol";`. The comment is the meaning of the key, unless
 /// one follows behind `=>`. With `as_stated` behind it a default is that of the set as-coded. A key that came `later` is
 /// not written at its default, so that hashes of scenarios without it stay the same. What it `needs` to have another
@@ -38,8 +45,25 @@ macro_rules! section {
                     }),+]);
                 &KEYS
             }
+
+            /// Appends its values, in the order of its keys, and last its list.
+            pub(crate) fn append(&self, values: &mut Vec<toml::Value>) {
+                $(values.push($crate::scenario::keys::section::value(&self.$field));)+
+                $(values.push($crate::scenario::keys::section::value(&self.$list));)?
+            }
         }
     };
+}
+
+/// The value of a field.
+pub(crate) fn value(field: &impl Serialize) -> Value {
+    Value::try_from(field).expect("fields are numbers, words, flags, texts and lists")
+}
+
+/// The section with the next values, one for each of its keys.
+pub(crate) fn of<T: DeserializeOwned>(keys: &[Key], values: &mut impl Iterator<Item = Value>) -> T {
+    let values = SeqDeserializer::<_, toml::de::Error>::new(values.take(keys.len()));
+    T::deserialize(values).expect("what keys accept is of the types of their fields")
 }
 
 /// What a key means: its comment, or what is given instead.

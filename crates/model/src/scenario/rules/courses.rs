@@ -32,14 +32,14 @@ pub(super) fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut 
     for ((times_key, times), (key, values)) in times_s(scenario).into_iter().zip(values) {
         let (contacts, count) = (scenario.slider.contacts() as usize, times.len());
         let problem =
-            format!("{} at {}", counted(values.len() as u64, "value"), counted(count as u64, "time"));
+            || format!("{} at {}", counted(values.len() as u64, "value"), counted(count as u64, "time"));
         if key.starts_with("normal_load.course") || key.starts_with("prestress") {
             if values.len() != count && values.len() != count * contacts {
-                let problem = format!("{problem} of {contacts} blocks");
+                let problem = format!("{} of {contacts} blocks", problem());
                 refusals.refuse(key, problem, format!("{count} or {} values", count * contacts));
             }
         } else if count != values.len() || count == 1 {
-            refusals.refuse(key, problem, format!("as many as {times_key}, none or at least 2"));
+            refusals.refuse(key, problem(), format!("as many as {times_key}, none or at least 2"));
         }
         let step = |at: usize| TimeGrid::new(scenario.time.step_s).nearest_step(times[at]);
         let jumps = times_key == "drive.course_s";

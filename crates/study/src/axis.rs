@@ -311,10 +311,7 @@ pub(crate) fn check_value(key: &Key, value: &Cell) -> Result<(), String> {
         (Kind::Word(words), Cell::Word(word)) => words.contains(&&**word),
         _ => false,
     };
-    let meant = match value {
-        Cell::Word(word) => key.kind.suggestion(word),
-        _ => String::new(),
-    };
+    let meant = if let Cell::Word(word) = value { key.kind.suggestion(word) } else { String::new() };
     let (path, value, accepted) = (key.path, spelled(value), key.kind);
     if fits { Ok(()) } else { Err(format!("{path}: {value} is not accepted{meant} (accepted: {accepted})")) }
 }

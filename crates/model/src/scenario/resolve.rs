@@ -200,10 +200,9 @@ impl Scenario {
             ("prestress.course_csv", &prestress.course_csv, "ratio", of_prestress),
         ] {
             // Times of a laboratory fall between steps.
-            let parse = |text: &str| {
-                let [times_s, values] = profile::parse_course(text, value, blocks)?;
-                Ok([times_s.into_iter().map(on_a_step).collect(), values])
-            };
+            let rounded =
+                |[times_s, values]: [Vec<f64>; 2]| [times_s.into_iter().map(on_a_step).collect(), values];
+            let parse = |text: &str| profile::parse_course(text, value, blocks).map(rounded);
             reading.lists((key, file), lists, parse, profile::accepted_course(value));
         }
         for (key, file, list, profile) in [

@@ -62,8 +62,8 @@ pub(crate) struct RunArguments {
 Examples:
   asperity resume out/long.mcap
 
-Continues the run in RUN.mcap.partial from its last checkpoint, with the scenario
-and the solver that the log states: neither the scenario nor its overrides are
+Continues the run in RUN.mcap.partial from its last checkpoint, with scenario
+and solver as its log states them: neither the scenario nor its overrides are
 named again. It ends with the same records and events as an uninterrupted run.")]
 pub(crate) struct ResumeArguments {
     /// The log of the run; or its unfinished log, RUN.mcap.partial.

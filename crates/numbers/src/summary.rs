@@ -47,8 +47,8 @@ summary! {
             first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.as_ref().map(|first| first.ft_fn_onset)),
         }
         "First precursor" {
-            /// Onset of the first precursor that is wide, of four contacts or more, s: creep and first slip detach fewer;
-            /// null if there is none.
+            /// Onset of the first wide precursor, of four contacts or more, s; null if there is none. First slip and creep
+            /// detach fewer.
             first_precursor_onset_s: Option<f64> = run.first_precursor().map(|first| first.onset_s),
             /// `F_T / F_N` at its onset.
             first_precursor_ft_fn: Option<f64> [unit = "1"] =
@@ -214,8 +214,8 @@ summary! {
             /// Radiated energy over the elastic energy released and the work of drive and prestress, summed over ruptures during
             /// which no other one slid.
             radiated_over_released_energy_ratio: Option<f64> = run.magnitudes.radiated_ratio(),
-            /// This radiated energy, J: the kinetic energy that the ruptures added, and what dampers and the radiation of
-            /// contacts took up; null where the ratio is.
+            /// Energy that these ruptures radiated, J; null where the ratio is. It is the kinetic energy that they added, and
+            /// what dampers and the radiation of contacts took up.
             ruptures_radiated_j: Option<f64> =
                 run.magnitudes.radiated_ratio().map(|_| run.magnitudes.radiated_j),
         }

@@ -105,6 +105,24 @@ fn named_runs_of_a_study_are_read_from_their_logs() {
     assert_eq!(times("alone"), times("2"));
 }
 
+/// Ruptures without a magnitude were left out of events and statistics without a word.
+#[test]
+fn ruptures_without_a_magnitude_are_counted_where_they_are_left_out() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("quakes.mcap");
+    succeed(&["run", "carlson-langer", "--quiet", "--set", "time.duration_s=6000", "-o", text(&log)]);
+    let (_, table, said) = outcome(&["catalogue", text(&log)]);
+    let without = table.lines().skip(1).filter(|line| line.split(',').nth(6) == Some("")).count();
+    assert!(without > 1 && !said.contains("moment"), "{without}: {said}");
+    assert!(said.contains(": 1 rupture left out, which still slid at the end"), "{said}");
+    for format in ["quakeml", "statistics"] {
+        let (_, _, said) = outcome(&["catalogue", text(&log), "--format", format]);
+        let expected =
+            format!("{without} ruptures left out, whose moment is 0, so that they have no magnitude");
+        assert!(said.contains(&expected), "{said}");
+    }
+}
+
 /// Sizes between bounds follow no exponential law: then there is no b, and no error.
 #[test]
 fn statistics_without_a_law_have_no_b() {

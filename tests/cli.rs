@@ -338,6 +338,60 @@ fn reduce_does_not_write_into_a_folder_in_use() {
     assert!(stderr.contains("not an empty folder"), "{stderr}");
 }
 
+/// It asked for a new folder each time.
+#[test]
+fn reduce_replaces_its_own_files_with_force_alone() {
+    let folder = folder();
+    let [log, out] = ["run.mcap", "reduced"].map(|name| folder.path().join(name));
+    crate::support::small::run(&log);
+    succeed(&["reduce", text(&log), "-o", text(&out), "--quiet"]);
+    let table = fs::read(out.join("events.csv")).expect("it was just written");
+    for (name, content) in [("events.csv", "old"), ("mine.txt", "mine"), ("what-is-missing.txt", "half")] {
+        fs::write(out.join(name), content).expect("the folder is ours");
+    }
+    fail(&["reduce", text(&log), "-o", text(&out)], 2);
+    succeed(&["reduce", text(&log), "-o", text(&out), "--quiet", "--force"]);
+    assert!(fs::read(out.join("events.csv")).expect("it is there") == table);
+    assert_eq!(fs::read(out.join("mine.txt")).expect("it stays"), b"mine");
+    assert!(!out.join("what-is-missing.txt").exists(), "it is of another log");
+}
+
+/// Both printed, and refused -o.
+#[test]
+fn tables_on_standard_output_go_to_a_file_on_request() {
+    let folder = folder();
+    let [log, out] = ["run.mcap", "out"].map(|name| folder.path().join(name));
+    crate::support::small::run(&log);
+    for command in ["events", "events --format json", "catalogue", "catalogue --format statistics"] {
+        let words: Vec<&str> = command.split(' ').chain([text(&log)]).collect();
+        let printed = succeed(&words);
+        let to_file = [&words[..], &["-o", text(&out)]].concat();
+        assert_eq!(succeed(&to_file).trim_end(), text(&out));
+        assert!(fs::read_to_string(&out).expect("it is there") == printed, "{command}");
+        assert!(fail(&to_file, 2).contains("exists already (accepted: another file, or --force)"));
+        succeed(&[&to_file[..], &["--force"]].concat());
+        fs::remove_file(&out).expect("it is ours");
+    }
+    let onto_itself = fail(&["events", text(&log), "-o", text(&log), "--force"], 2);
+    assert!(onto_itself.contains("which this command reads"), "{onto_itself}");
+}
+
+/// Each was told about eight bytes.
+#[test]
+fn files_of_other_formats_are_named_where_a_log_is_asked_for() {
+    let folder = folder();
+    for (name, bytes, what) in [
+        ("a.png", &b"\x89PNG\r\n\x1a\n\0"[..], "a PNG picture"),
+        ("a.csv", b"onset_s,end_s\n0,1\n", "a text, as a CSV table is, and no MCAP file"),
+        ("a.csv.gz", b"\x1f\x8b\x08\0", "a gzip file, which must be unpacked first"),
+    ] {
+        let file = folder.path().join(name);
+        fs::write(&file, bytes).expect("the folder can be written");
+        let said = fail(&["summary", text(&file)], 2);
+        assert!(said.contains(&format!("not a run log: this is {what} (accepted: a run log, as ")), "{said}");
+    }
+}
+
 #[test]
 fn scenarios_are_listed_and_shown_in_full() {
     let list = succeed(&["scenario", "list"]);

@@ -152,12 +152,14 @@ fn onsets(log: &Path) -> Vec<u64> {
 /// unfinished one, `PIPE` a pipeline of that one run.
 type Call = (&'static str, &'static [i32]);
 
-const MORE_CALLS: [Call; 4] = [
+const MORE_CALLS: [Call; 5] = [
     // A figure of data that the run lacks ends it with a message.
     ("reproduce PIPE --quiet --out NEW", &[0, 1]),
     ("note FILE comment=today", &[0]),
     ("salvage HALF.mcap.partial --out NEW.mcap", &[0, 3]),
     ("run FILE --quiet --resume --out CUT.mcap", &[0]),
+    // It is whole.
+    ("resume FILE", &[2]),
 ];
 
 fn all_calls() -> impl Iterator<Item = Call> {

@@ -641,7 +641,17 @@ fn a_sweep_has_a_page_with_its_runs() {
     for heading in ["<i>θ</i>", "precursor count", "first global rupture onset (s)"] {
         assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
     }
-    assert!(table.contains("<th scope=\"col\">status</th>"));
+    // All are done, so that the table would say it in every row.
+    assert!(!table.contains("status</th>") && !table.contains("reason</th>"));
+    let page = out.join("logs/3.html");
+    fs::create_dir_all(out.join("logs")).expect("the folder can be written");
+    fs::write(&page, "").expect("the folder can be written");
+    succeed(&["sweep", "collect", text(&out), "--quiet"]);
+    let linked = read(&out.join("report.html"));
+    assert_eq!(linked.matches("logs/3.html\">3.html</a></details>").count(), 1);
+    assert_eq!(linked.replace("<br><a href=\"logs/3.html\">3.html</a>", ""), html, "another run has a link");
+    fs::remove_file(&page).expect("it was just written");
+    succeed(&["sweep", "collect", text(&out), "--quiet"]);
     for link in attributes(&html, "href").into_iter().filter(|link| !link.starts_with('#')) {
         assert!(out.join(link).is_file(), "{link}");
     }

@@ -148,6 +148,36 @@ impl Run {
     }
 }
 
+/// The scenario and its overrides had to be named again.
+#[test]
+fn a_run_is_resumed_by_its_log_alone() {
+    // Of another solver than the default of its law.
+    let run = Run::of(1);
+    let log = run.log();
+    let cut = &run.bytes[..run.bytes.len() / 2];
+    for named in [log.clone(), partial_path(&log)] {
+        fs::write(partial_path(&log), cut).expect("the folder can be written");
+        succeed(&["resume", text(&named), "--quiet"]);
+        run.must_be_equal();
+        ends(
+            2,
+            &["resume", text(&named)],
+            &["run.mcap: whole: ", "(accepted: a log whose unfinished run is in "],
+        );
+        run.remove();
+        ends(2, &["resume", text(&named)], &["there is no such file"]);
+    }
+    fs::write(&log, cut).expect("the folder can be written");
+    ends(
+        2,
+        &["resume", text(&log)],
+        &["run.mcap: incomplete: ", "(accepted: a log whose unfinished run is in "],
+    );
+    fs::write(partial_path(&log), &cut[..100]).expect("the folder can be written");
+    run.remove();
+    ends(2, &["resume", text(&log)], &["it ends before its scenario (accepted: asperity run SCENARIO -o "]);
+}
+
 /// Kills real processes at random points of all phases: before the log is begun, while it is
 /// written, while its records are given again, while it gets its name. The attacks `kills` and `soak` kill
 /// more of them, on all bodies and laws.

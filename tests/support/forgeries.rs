@@ -252,7 +252,7 @@ impl Forge {
             whole.repeat(2),
         );
         let text = b"step,time_s\n1,0.5\n".to_vec();
-        let says = "it does not begin with the eight bytes that begin every MCAP file";
+        let says = "this is a text";
         self.file("no-mcap", "another kind of file", NoRunLog, says, text);
         let mut header = Vec::new();
         for text in ["", "another program"] {

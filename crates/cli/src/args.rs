@@ -17,7 +17,7 @@ use crate::refine::RefineArguments;
 use crate::replay::ReplayArguments;
 use crate::report::ReportArguments;
 use crate::reproduce::{ReduceArguments, ReproduceArguments};
-use crate::run::RunArguments;
+use crate::run::{ResumeArguments, RunArguments};
 use crate::salvage::SalvageArguments;
 use crate::scenario::ScenarioCommand;
 use crate::summary::SummaryArguments;
@@ -82,6 +82,8 @@ pub(crate) enum Command {
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.
     Run(RunArguments),
+    /// Continue an unfinished run, from its log alone.
+    Resume(ResumeArguments),
     /// Print key numbers of runs: first slip, precursors, recurrence, fronts ...
     Summary(SummaryArguments),
     /// Print the slip events of a run.

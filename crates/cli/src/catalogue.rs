@@ -1,5 +1,6 @@
 //! `asperity catalogue`: the ruptures of runs as a catalogue of seismology, or their sizes and times with tests.
 
+use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +10,7 @@ use asperity_numbers::goodness::Test;
 use asperity_numbers::gutenberg_richter::{FEWEST_MAGNITUDES, GutenbergRichter};
 use asperity_numbers::omori::{Aftershocks, FEWEST_AFTERSHOCKS, MAIN_SHOCKS_WITHIN, Omori, Shock};
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
-use asperity_record::{Arrival, Cell, Event, EventPayload, Observer, Rupture, counted};
+use asperity_record::{Arrival, Cell, Event, EventPayload, Observer, Rupture, counted, printable};
 use asperity_run::{Checked, OpenLog};
 use asperity_study::Keep;
 use asperity_study::plan::FILE;
@@ -18,11 +19,14 @@ use asperity_tables::{CsvRows, Spelling, name_of};
 use clap::{Args, ValueEnum};
 
 use crate::exit::{self, Code, Failure};
+use crate::outputs::TableOut;
 use crate::progress::Board;
 use crate::quakeml::{self, OfRun, dated, longitude_degrees};
 use crate::reading::{self, Reading};
 use crate::study::{outcome, read};
-use crate::{terminal, verdict_exit};
+use crate::summary::WITHOUT_RUPTURES;
+use crate::terminal::Data;
+use crate::verdict_exit;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum CatalogueFormat {
@@ -43,7 +47,7 @@ fn finite(text: &str) -> Result<f64, String> {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity catalogue out/mine.mcap > out/mine.csv
+  asperity catalogue out/mine.mcap -o out/mine.csv
   asperity catalogue out/chapter5/runs/*.mcap --format quakeml > out/all.xml
   asperity catalogue out/mine.mcap --format statistics
   asperity catalogue out/precursors --format statistics
@@ -68,6 +72,8 @@ pub(crate) struct CatalogueArguments {
     /// nothing: for a look at a long log.
     #[arg(long)]
     pub(crate) quick: bool,
+    #[command(flatten)]
+    pub(crate) to: TableOut,
 }
 
 /// The columns of the table: name, and cell of an entry.
@@ -107,12 +113,13 @@ fn number(value: Option<f64>) -> Cell {
 
 /// Prints the catalogue, then the verdicts on the logs and studies.
 pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(), Failure> {
-    let CatalogueArguments { paths, format, completeness, quick } = arguments;
+    let CatalogueArguments { paths, format, completeness, quick, to } = arguments;
     if completeness.is_some() && *format != CatalogueFormat::Statistics {
         return Err(Failure::BadInput(
             "--completeness has no meaning here (accepted: with --format statistics)".to_owned(),
         ));
     }
+    let files = to.files(paths.iter().filter(|path| path.is_file()))?;
     let mut sources = Vec::new();
     let mut codes = Vec::new();
     let mut end = |outcome: Result<(), Failure>| {
@@ -133,14 +140,23 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
         }
     }
     if !sources.is_empty() {
+        let mut out = to.begin(&files)?;
         match format {
-            CatalogueFormat::Csv => csv(&sources)?,
-            CatalogueFormat::Quakeml => {
-                quakeml::write(terminal::data(), sources.iter().flat_map(|source| &source.runs))?
-            }
+            CatalogueFormat::Csv => csv(&sources, out)?,
+            CatalogueFormat::Quakeml => quakeml::write(out, sources.iter().flat_map(|source| &source.runs))?,
             CatalogueFormat::Statistics => {
-                let lines = sources.iter().flat_map(|source| statistics(source, *completeness));
-                lines.into_iter().try_for_each(terminal::say)?;
+                let mut lines = sources.iter().flat_map(|source| statistics(source, *completeness));
+                lines.try_for_each(|line| writeln!(out, "{}", printable(&line)))?;
+                out.flush()?;
+            }
+        }
+        to.publish(files)?;
+        // Rows of the table have an empty magnitude.
+        if *format != CatalogueFormat::Csv {
+            for Source { path, runs, .. } in &sources {
+                let entries = runs.iter().flat_map(|run| &run.entries);
+                let without = entries.filter(|entry| entry.magnitude().is_none()).count();
+                note_left_out(path, without, "whose moment is 0, so that they have no magnitude", board);
             }
         }
     }
@@ -163,13 +179,15 @@ fn name_of_events(source: usize, run: u64, id: &str) -> String {
     format!("{source}/{run}/{}", if is_hash { id } else { "unknown" })
 }
 
-/// Notes how many ruptures are not in the catalogue.
-fn note_others(path: &Path, others: usize, board: &Board) {
-    if others > 0 {
-        let others = counted(others as u64, "rupture");
-        board.line(&format!("{}: {others} left out, which still slid at the end", path.display()));
+/// Notes how many ruptures are not in the catalogue, and why.
+fn note_left_out(path: impl Display, count: usize, why: &str, board: &Board) {
+    if count > 0 {
+        board.line(&format!("{path}: {} left out, {why}", counted(count as u64, "rupture")));
     }
 }
+
+/// Why ruptures have no moment.
+const STILL_SLID: &str = "which still slid at the end";
 
 /// Reads the sound part of a log.
 fn read_log(
@@ -184,9 +202,12 @@ fn read_log(
         Ok(Catalogue::new(log.header(), log.needed_scenario()?))
     };
     let skims: &[_] = if quick { &[Rupture::TOPIC, Arrival::TOPIC] } else { &[] };
-    let Reading { checked, observer, .. } = reading::once(run, skims, begin, |_| Ok(()))?;
+    let Reading { checked, observer, has_ruptures } = reading::once(run, skims, begin, |_| Ok(()))?;
     let (entries, others) = observer.finish();
-    note_others(run, others, board);
+    note_left_out(run.display(), others, STILL_SLID, board);
+    if !has_ruptures {
+        board.line(&format!("{}: {WITHOUT_RUPTURES}", run.display()));
+    }
     Ok((OfRun { name: name_of(run), events: name_of_events(named.0, named.1, &id), entries }, checked))
 }
 
@@ -233,14 +254,14 @@ fn of_study(folder: &Path, number: usize, quick: bool, board: &Board) -> Result<
             _ => {}
         }
     }
-    note_others(folder, left_out, board);
+    note_left_out(folder.display(), left_out, STILL_SLID, board);
     board.line(&format!("{}: {}", folder.display(), results.in_words()));
     Ok((Source { path: folder.display().to_string(), is_study: true, runs }, outcome(&results, |_| true)))
 }
 
-fn csv(sources: &[Source]) -> Result<(), Failure> {
+fn csv(sources: &[Source], out: Data) -> Result<(), Failure> {
     let names = EARTHQUAKE_COLUMNS.into_iter().chain(COLUMNS.iter().map(|(name, _)| *name));
-    let mut rows = CsvRows::headed(terminal::data(), names, Spelling::Scientific)?;
+    let mut rows = CsvRows::headed(out, names, Spelling::Scientific)?;
     for source in sources {
         for (run, entry) in
             source.runs.iter().flat_map(|run| run.entries.iter().map(move |entry| (run, entry)))

@@ -134,7 +134,7 @@ impl<W: Write> Printed<W> {
     /// Ends the table.
     pub(crate) fn finish(self) -> Result<(), Failure> {
         match self {
-            Printed::Csv(_, rows) => drop(rows.finish()?),
+            Printed::Csv(_, rows) => rows.finish()?.flush()?,
             Printed::Json(mut out, any) => {
                 out.write_all(if any { b"\n]\n" } else { b"[]\n" })?;
                 out.flush()?;

@@ -21,9 +21,9 @@ pub(crate) enum Taken {
 
 impl Taken {
     fn accepts(self, given: Given) -> bool {
-        use Given::{Folder, Log, Other, Pipeline, Reproduced, Scenario, Sweep, Toml};
+        use Given::{Folder, Log, Other, Pipeline, Reproduced, Scenario, Sweep, Text, Toml};
         // Other kinds are reported when they are opened.
-        let is_open = matches!(given, Folder | Other);
+        let is_open = matches!(given, Folder | Text | Other);
         is_open
             || match self {
                 Taken::Scenario => matches!(given, Scenario | Toml | Log),
@@ -66,13 +66,16 @@ pub(crate) fn check(path: &Path, taken: Taken) -> Result<Given, Failure> {
 /// The kind of a path that is no run log, if known.
 pub(crate) fn instead_of_log(path: &Path) -> Option<String> {
     let given = Given::of(path);
-    said(path, given).filter(|_| given != Given::Log)
+    let said = said(path, given).filter(|_| given != Given::Log)?;
+    Some(format!("{said} (accepted: a run log, as asperity run writes it)"))
 }
 
 /// The kind of the path, and the command for it.
 fn said(path: &Path, given: Given) -> Option<String> {
     let path = path.display();
     Some(match given {
+        Given::Foreign(what) => format!("this is {what}"),
+        Given::Text => "this is a text, as a CSV table is, and no MCAP file".to_owned(),
         Given::Log => {
             format!("this is a run log: asperity summary {path}, or asperity report {path} -o PAGE.html")
         }

@@ -100,6 +100,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Command::Scenario(command) => scenario::command(command, &board),
         Command::Run(arguments) => run::command(&arguments, &board),
+        Command::Resume(arguments) => run::resume_command(&arguments, &board),
         Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),
         Command::Catalogue(arguments) => catalogue::command(&arguments, &board),

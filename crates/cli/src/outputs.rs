@@ -1,11 +1,52 @@
 //! Names of output files, and failures of writing them.
 
-use std::io;
-use std::path::Path;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
 
-use asperity_files::{FileError, better_name, create_folder as create, is_new_folder};
+use asperity_files::{
+    Existing, FileError, FileSet, Inputs, better_name, create_folder as create, is_new_folder,
+};
+use clap::Args;
 
 use crate::exit::Failure;
+use crate::terminal::{self, Data};
+
+/// Where a command prints its table.
+#[derive(Debug, Args)]
+pub(crate) struct TableOut {
+    /// Write it to this file instead of printing it.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "out")]
+    force: bool,
+}
+
+impl TableOut {
+    /// The files of the command, none of which is one of the inputs.
+    pub(crate) fn files(
+        &self,
+        inputs: impl IntoIterator<Item = impl AsRef<Path>>,
+    ) -> Result<FileSet, Failure> {
+        let existing = if self.force { Existing::Replace } else { Existing::Refuse };
+        let files = FileSet::new(existing, Inputs::of(inputs));
+        files.reserve(&self.out).map_err(|error| refused("--out", &error, true))?;
+        Ok(files)
+    }
+
+    /// What the table is written to.
+    pub(crate) fn begin(&self, files: &FileSet) -> Result<Data, Failure> {
+        let Some(path) = &self.out else { return Ok(terminal::data()) };
+        let file = files.create(path).map_err(|error| refused("--out", &error, true))?;
+        Ok(Box::new(BufWriter::new(file)))
+    }
+
+    /// Gives the file its name, and prints it.
+    pub(crate) fn publish(&self, files: FileSet) -> Result<(), Failure> {
+        files.publish().map_err(|error| refused("--out", &error, true))?;
+        Ok(self.out.iter().try_for_each(|path| terminal::say(path.display()))?)
+    }
+}
 
 /// Refuses an output name whose ending denotes another format than that of `what`. Names of `what` end in
 /// `ending`; it is a folder if `ending` is empty. Existing files are left to the checks for replacement.

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::of_one_run::{Kind, Target};
-use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_files::{Existing, FileError, FileSet, Inputs, is_taken};
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
@@ -33,7 +33,7 @@ pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
-    /// Folder for tables and figures; must be new or empty.
+    /// Folder for tables and figures; must be new or empty, except with --force.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
     /// Precursor tables: leave out ruptures and events of fewer distinct blocks.
@@ -47,6 +47,9 @@ pub(crate) struct ReduceArguments {
     /// their source: for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
+    /// Replace existing files of the same names; others in the folder stay.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -95,11 +98,14 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
     fits("--out", out, "", A_FOLDER)?;
-    must_be_new(out)?;
+    if !arguments.force {
+        must_be_new(out)?;
+    }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
     let run = &arguments.run;
-    let files = FileSet::new(Existing::Refuse, Inputs::of([run]));
-    files.folder(out).map_err(Failure::failed)?;
+    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
+    let files = FileSet::new(existing, Inputs::of([run]));
+    files.folder(out).map_err(|error| refused("--out", &error, false))?;
     let begin = |log: &OpenLog| {
         let mut required = RequiredData::LOADS | rules.required_data();
         if log.header().junction_count > 0 {
@@ -161,6 +167,10 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         Ok(files.publish()?)
     };
     write()?;
+    // Of a log that was not whole, which these files replace.
+    if verdict.holds_all() && is_taken(&out.join(MISSING)) {
+        std::fs::remove_file(out.join(MISSING)).map_err(Failure::failed)?;
+    }
     say(out.display())?;
     summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)

@@ -6,7 +6,7 @@ use std::time::Duration;
 use asperity_files::{FileError, is_taken};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_numbers::Summarizer;
-use asperity_run::{Begin, LeftError, LogTo, RunError, SolverKind, Task};
+use asperity_run::{Begin, LeftError, LogTo, RunError, SolverKind, Task, Verdict, check};
 use asperity_runlog::{LogError, RunReader, Unfinished, WriteError, partial_path};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -15,7 +15,7 @@ use crate::exit::Failure;
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::scenario::ScenarioChoice;
-use crate::{interrupt, preview, summary};
+use crate::{interrupt, preview, summary, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -57,6 +57,20 @@ pub(crate) struct RunArguments {
     pub(crate) checkpoint_s: f64,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity resume out/long.mcap
+
+Continues the run in RUN.mcap.partial from its last checkpoint, with scenario
+and solver as its log states them: neither the scenario nor its overrides are
+named again. It ends with the same records and events as an uninterrupted run.")]
+pub(crate) struct ResumeArguments {
+    /// The log of the run; or its unfinished log, RUN.mcap.partial.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) log: PathBuf,
+}
+
 /// The solvers, as an option takes them.
 pub(crate) fn solvers() -> impl TypedValueParser<Value = SolverKind> {
     let known = [
@@ -79,6 +93,39 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     })?;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     make(Task::new(&scenario).solved_by(solver), log, resume, stats, board)
+}
+
+/// Continues the run of an unfinished log, which states scenario and solver.
+pub(crate) fn resume_command(
+    ResumeArguments { log }: &ResumeArguments,
+    board: &Board,
+) -> Result<(), Failure> {
+    let is_partial = log.extension().is_some_and(|ending| ending == "partial");
+    let out = if is_partial { log.with_extension("") } else { log.clone() };
+    let (name, partial) = (out.display().to_string(), partial_path(&out));
+    let left = Unfinished::of(&out).map_err(|error| failure(error.into(), board, &name))?;
+    let Some(unfinished) = left.filter(|_| !is_taken(&out)) else {
+        let checked = check(&out);
+        return Err(match checked.verdict {
+            Verdict::NoRunLog => verdict_exit::failure(&out, &checked),
+            _ => Failure::BadInput(format!(
+                "{name}: {checked} (accepted: a log whose unfinished run is in {})",
+                partial.display()
+            )),
+        });
+    };
+    let Some((header, toml)) = unfinished.begun().map_err(Failure::failed)? else {
+        return Err(Failure::BadInput(format!(
+            "{}: it ends before its scenario (accepted: asperity run SCENARIO -o {name} --resume, which begins it again)",
+            partial.display()
+        )));
+    };
+    // Released, because the run locks it itself.
+    drop(unfinished);
+    let source = ScenarioSource::logged(format!("{}: scenario.toml", partial.display()), toml);
+    let scenario = Scenario::resolve(&source).map_err(Failure::failed)?;
+    let task = Task::new(&scenario).solved_by(SolverKind::named(&header.solver));
+    make(task, LogTo::new(&out), true, false, board)
 }
 
 /// The scenario of a run to be continued, in the initial state that its log holds: the log that it was read from may

@@ -122,6 +122,9 @@ fn words(text: &str) -> std::io::Result<()> {
     text.lines().try_for_each(terminal::say)
 }
 
+/// Why there are no ruptures.
+pub(crate) const WITHOUT_RUPTURES: &str = "its log has no ruptures, since other detectors wrote it";
+
 /// Prints warnings about a run's numbers.
 pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
     notes(summary).iter().for_each(|note| board.line(&format!("{run}: {note}")));
@@ -179,10 +182,7 @@ fn notes(summary: &Summary) -> Vec<String> {
         ));
     }
     if summary.rupture_count.is_none() {
-        notes.push(
-            "its log has no ruptures, since other detectors wrote it; numbers that need them are missing"
-                .to_owned(),
-        );
+        notes.push(format!("{WITHOUT_RUPTURES}; numbers that need them are missing"));
     }
     notes
 }

@@ -9,7 +9,7 @@ use crate::rupture_numbers::{energy_error_j, radiated_energy_j, released_energy_
 #[derive(Debug, Default)]
 pub(crate) struct Magnitudes {
     pub(crate) all: Vec<f64>,
-    radiated_j: f64,
+    pub(crate) radiated_j: f64,
     released_j: f64,
     error_j: f64,
 }

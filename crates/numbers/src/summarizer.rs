@@ -202,6 +202,11 @@ impl Summarizer {
         self.growth.iter().map(|(_, rupture)| rupture).filter(|rupture| !rupture.reached_every_block)
     }
 
+    /// The first precursor that is more than a start of creep.
+    pub(crate) fn first_precursor(&self) -> Option<&Rupture> {
+        self.precursors().find(|rupture| measures::is_wide(rupture))
+    }
+
     /// `L_p / L` of the precursors.
     pub(crate) fn lengths(&self) -> Vec<f64> {
         let columns = self.header.contacts().columns();

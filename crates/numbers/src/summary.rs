@@ -1,5 +1,6 @@
 //! The summary: its keys, what they mean, in which unit, and behind `=` what each is computed of.
 
+use asperity_record::Rupture;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
@@ -45,6 +46,16 @@ summary! {
             /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
             /// so that `F_T` is a difference.
             first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.as_ref().map(|first| first.ft_fn_onset)),
+        }
+        "First precursor" OneDraw {
+            /// Onset of the first wide precursor, of four contacts or more, s; null if there is none. First slip and creep
+            /// detach fewer.
+            first_precursor_onset_s: Option<f64> = run.first_precursor().map(|first| first.onset_s),
+            /// `F_T / F_N` at its onset.
+            first_precursor_ft_fn: Option<f64> [unit = "1"] =
+                run.ratio(run.first_precursor().map(|first| first.ft_fn_onset)),
+            /// How many contacts slid in it.
+            first_precursor_contacts: Option<u32> = run.first_precursor().map(Rupture::slipped),
         }
         "First slip of the whole slider" Robust {
             /// Onset of the first rupture that reached every block, s; null if there is none.
@@ -204,6 +215,10 @@ summary! {
             /// Radiated energy over the elastic energy released and the work of drive and prestress, summed over ruptures during
             /// which no other one slid.
             radiated_over_released_energy_ratio: Option<f64> = run.magnitudes.radiated_ratio(),
+            /// Energy that these ruptures radiated, J; null where the ratio is. It is the kinetic energy that they added, and
+            /// what dampers and the radiation of contacts took up.
+            ruptures_radiated_j: Option<f64> =
+                run.magnitudes.radiated_ratio().map(|_| run.magnitudes.radiated_j),
         }
         "Energy, from the start to the last record" OfTheMesh {
             /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
@@ -213,7 +228,8 @@ summary! {
             prestress_work_j: Option<f64> = run.energy.map(|energy| energy.prestress_work_j),
             /// Heat of sliding contacts, J.
             friction_heat_j: Option<f64> = run.energy.map(|energy| energy.friction_heat_j),
-            /// Work of radiation damping on sliding contacts, J; null in runs without radiation.
+            /// Work of radiation damping on sliding contacts, J; null in runs without it, whose ruptures may radiate into the
+            /// slider.
             radiated_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.radiated_j),
             /// Energy that friction springs stored when blocks re-attached, less the energy that they
             /// lost when blocks detached, J.

@@ -106,6 +106,9 @@ fn remark(summary: &Summary, key: &Key) -> String {
             let ratio = summary.first_global_rupture_front_speed_m_per_s.and_then(of_waves);
             ratio.map_or(String::new(), |ratio| format!(", {} of the wave speed", short(ratio)))
         }
+        "radiated_j" if summary.radiated_j.is_none() && summary.drive_work_j.is_some() => {
+            ", no radiation damping".to_owned()
+        }
         "front_speed_m_per_s" if summary.front_speed_m_per_s.is_some() => ", median of all fronts".to_owned(),
         _ => String::new(),
     }

@@ -120,6 +120,9 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_eq!((found.precursor_count, found.global_rupture_count), (Some(3), Some(2)));
     assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(8), Some(7)));
     assert_near(found.longest_precursor_ratio, 0.8);
+    // The rupture of two blocks before it is not wide.
+    assert_eq!((found.first_precursor_onset_s, found.first_precursor_ft_fn), (Some(2.0), Some(0.3)));
+    assert_eq!(found.first_precursor_contacts, Some(5));
     // From 0.2 over 0.5 to 0.8.
     assert_near(found.precursor_growth_ratio, 0.3);
     assert_eq!(found.first_global_rupture_onset_s, Some(4.0));
@@ -432,6 +435,7 @@ fn full() -> Summary {
         gutenberg_richter_b_error: Some(0.1),
         gutenberg_richter_test: Some("b = 0.8".to_owned()),
         radiated_over_released_energy_ratio: summary.radiated_over_released_energy_ratio.or(Some(0.01)),
+        ruptures_radiated_j: summary.ruptures_radiated_j.or(Some(0.02)),
         ..summary
     }
 }
@@ -456,6 +460,9 @@ fn what_the_grid_or_the_step_does_not_resolve_is_no_number() {
         });
         let summary = run.finish(true, Some(&end(RunStatus::Complete, 10_000, &[])));
         let ratio = summary.radiated_over_released_energy_ratio.map(|ratio| (ratio * 3.001 * 1e4).round());
+        // The ratio and its energy are known together.
+        let radiated_j = summary.ruptures_radiated_j.map(|radiated_j| (radiated_j * 1e4).round());
+        assert_eq!(radiated_j, ratio);
         (summary.front_speed_over_wave_speed_ratio, ratio)
     };
     assert_eq!(of(8.0, 0.5), (Some(8.0), Some(5000.0)));
@@ -525,6 +532,9 @@ fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
     let mut empty = Summarizer::new("other", &header(), None);
     empty.step(&quiet_step(1, 0.001, 0.1));
     let empty = empty.finish(true, None);
+    let without = text::of_one(&empty, None);
+    let line = without.lines().find(|line| line.starts_with("  radiated  ")).expect("it has one");
+    assert!(line.ends_with(" -, no radiation damping"), "{line}");
     let several = text::of_several([&full, &empty]);
     let rows: Vec<Vec<&str>> = several.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(rows[2], ["mine", "3", "5", "3.1", "0.4", "1", "5", "0.01", "1", "no"]);

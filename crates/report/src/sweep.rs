@@ -1,5 +1,7 @@
 //! The page of a parameter study: its axes, its figures, and a table of its runs.
 
+use std::collections::BTreeMap;
+
 use asperity_model::Scenario;
 use asperity_model::scenario::keys::{self, Key};
 use asperity_numbers::Summary;
@@ -42,6 +44,8 @@ pub struct Sweep {
     pub folder: String,
     /// The link to the folder of its logs; none if it keeps none.
     pub logs: Option<String>,
+    /// The links to pages of its runs, by number.
+    pub pages: BTreeMap<u64, String>,
     /// Its claims.
     pub claims: Vec<Claim>,
     /// Its tables.
@@ -167,7 +171,12 @@ impl Sweep {
     }
 
     fn runs(&self) -> String {
+        let is_done = |cells: &Vec<Stored>| cells.contains(&Stored::Word("done".into()));
+        // Where all are done, they say the same in every row.
+        let needless: &[&str] = if self.rows.iter().all(is_done) { &["status", "reason"] } else { &[] };
+        let is_shown = |n: &usize| !needless.contains(&self.columns[*n].0.as_str());
         let headings: Vec<String> = (0..self.columns.len())
+            .filter(is_shown)
             .map(|n| {
                 // Numbers, and the mark for a missing one, are aligned to the right.
                 let is_word = |cells: &Vec<Stored>| {
@@ -181,16 +190,17 @@ impl Sweep {
             })
             .collect();
         let rows = self.rows.iter().map(|cells| {
-            let mut shown: Vec<Cell> = cells.iter().map(|cell| Cell::of(cell, 5)).collect();
+            let shown = (0..cells.len()).filter(is_shown);
+            let mut shown: Vec<Cell> = shown.map(|n| Cell::of(&cells[n], 5)).collect();
             if let (Some(first), Some(Stored::Step(run))) = (shown.first_mut(), cells.first()) {
-                *first = self.run(*run, cells.contains(&Stored::Word("done".into())));
+                *first = self.run(*run, is_done(cells));
             }
             Row::from(shown)
         });
         let left_out = self.row_count - self.rows.len() as u64;
         let mut said = format!(
             "<p>The number of a run unfolds the command that makes its log, in the folder of this page{}; <code>asperity \
-             report</code> makes a page of a log.</p>\n",
+             report</code> makes a page of a log, which is linked here once it is <code>logs/RUN.html</code>.</p>\n",
             if self.folder == UNNAMED { ", with the folder of the study for DIR" } else { "" }
         );
         if left_out > 0 {
@@ -202,16 +212,18 @@ impl Sweep {
         said + &table("runs", "", &headings, rows)
     }
 
-    /// The number of a run, with its state and the command that makes its log.
+    /// The number of a run, with the command that makes its log, and links to its log and page, where there are any.
     fn run(&self, run: u64, is_done: bool) -> Cell {
-        let log = self.logs.as_ref().filter(|_| is_done).map_or_else(String::new, |logs| {
-            format!("<br><a href=\"{}{run}.mcap\">{run}.mcap</a>", text(logs))
-        });
+        let link = |to: &str, ending| format!("<br><a href=\"{}\">{run}.{ending}</a>", text(to));
+        let log =
+            self.logs.as_ref().filter(|_| is_done).map(|logs| link(&format!("{logs}{run}.mcap"), "mcap"));
+        let page = self.pages.get(&run).map(|page| link(page, "html"));
+        let links = [log, page].map(Option::unwrap_or_default).concat();
         Cell::Value(
             run as f64,
             format!(
                 "<details><summary>{run}</summary><code id=\"run-{run}\">asperity sweep log {} {run} -o {run}.mcap</code>\
-                 {log}</details>",
+                 {links}</details>",
                 text(&self.folder)
             ),
         )

@@ -311,7 +311,10 @@ pub(crate) fn check_value(key: &Key, value: &Cell) -> Result<(), String> {
         (Kind::Word(words), Cell::Word(word)) => words.contains(&&**word),
         _ => false,
     };
-    let refused = || format!("{}: {} is not accepted (accepted: {})", key.path, spelled(value), key.kind);
+    let refused = || {
+        let meant = if let Cell::Word(word) = value { key.kind.suggestion(word) } else { String::new() };
+        format!("{}: {} is not accepted{meant} (accepted: {})", key.path, spelled(value), key.kind)
+    };
     if fits { Ok(()) } else { Err(refused()) }
 }
 
@@ -500,6 +503,14 @@ mod tests {
                 "1.5 is not accepted (accepted: a number from -1 to 1)",
             ),
             ("key = 'slider.blocks'\nvalues = [10.5]", "10.5 is not accepted"),
+            (
+                "key = 'drive.kind'\nvalues = ['sidee']",
+                "\"sidee\" is not accepted; did you mean side? (accepted: ",
+            ),
+            (
+                "key = 'drive.velocty'\nvalues = [0]",
+                "unknown key; did you mean drive.velocity_m_per_s? (accepted: ",
+            ),
             ("key = 'normal_load.tilt'\nfrom = 0\nto = 1", "lacks one of from, to and count"),
             ("key = 'slider.mass_kg'\nfrom = 0\nto = 1\ncount = 3\nspacing = 'log'", "numbers above 0"),
             ("key = 'normal_load.tilt'\nvalues = [0]\nseed = 1", "seed has no effect here"),

@@ -35,6 +35,10 @@ pub enum Given {
     Logs,
     /// Another folder.
     Folder,
+    /// A file of another format, in words.
+    Foreign(&'static str),
+    /// Another text: a CSV table or any other.
+    Text,
     /// Any other file, or nothing.
     Other,
 }
@@ -45,6 +49,15 @@ pub const RECORD: &str = "reproduce.json";
 /// The first bytes of MCAP and Parquet files.
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
 const PARQUET: &[u8] = b"PAR1";
+
+/// The first bytes of files that are no longer than those of MCAP, and what they are.
+const FOREIGN: [(&[u8], &str); 5] = [
+    (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
+    (b"%PDF-", "a PDF document"),
+    (b"\x1f\x8b", "a gzip file, which must be unpacked first"),
+    (b"PK\x03\x04", "a ZIP file, or one of a spreadsheet"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+];
 
 impl Given {
     /// Looks at a path.
@@ -68,10 +81,16 @@ impl Given {
         if bytes.starts_with(PARQUET) {
             return Ok(Given::Parquet);
         }
-        let other =
-            if path.extension().is_some_and(|ending| ending == "toml") { Given::Toml } else { Given::Other };
+        if let Some((_, what)) = FOREIGN.iter().find(|(start, _)| bytes.starts_with(start)) {
+            return Ok(Given::Foreign(what));
+        }
         file.take(LONGEST_TOML_BYTES as u64).read_to_end(&mut bytes)?;
-        let text = String::from_utf8(bytes).ok();
+        let text = String::from_utf8(bytes).ok().filter(|text| !text.is_empty() && !text.contains('\0'));
+        let other = match text {
+            _ if path.extension().is_some_and(|ending| ending == "toml") => Given::Toml,
+            Some(_) => Given::Text,
+            None => Given::Other,
+        };
         Ok(text.and_then(|text| Given::of_toml(&text)).unwrap_or(other))
     }
 
@@ -130,7 +149,7 @@ mod tests {
             fs::write(at(name), bytes).unwrap();
         };
         let log = [MCAP, b"and so on"].concat();
-        let files: [(&str, &[u8], Given); 11] = [
+        let files: [(&str, &[u8], Given); 14] = [
             ("a.mcap", &log, Given::Log),
             ("a.toml.partial", &log, Given::Log),
             ("a.parquet", b"PAR1...", Given::Parquet),
@@ -141,7 +160,10 @@ mod tests {
             ("pipeline.toml", b"[[run]]\nname = 'a'", Given::Pipeline),
             ("policy.toml", b"window_s = 1e-3", Given::Toml),
             ("broken.toml", b"[[axis", Given::Toml),
-            ("a.csv", b"time_s\n1\n", Given::Other),
+            ("a.csv", b"time_s\n1\n", Given::Text),
+            ("a.png", b"\x89PNG\r\n\x1a\n\0\0", Given::Foreign("a PNG picture")),
+            ("zeros.mcap", b"\0\0\0\0\0\0\0\0\0", Given::Other),
+            ("empty.mcap", b"", Given::Other),
         ];
         for (name, bytes, given) in files {
             file(name, bytes);

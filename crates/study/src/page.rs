@@ -21,6 +21,7 @@ use crate::plan::{self, Plan};
 use crate::relative_link::relative_link;
 use crate::results::Results;
 use crate::segment;
+use crate::staging::LOGS;
 
 /// The results shown for each run, beside the keys that vary.
 const NUMBERS: [&str; 8] = [
@@ -107,6 +108,10 @@ impl StudyPage<'_> {
             };
             (key.clone(), words)
         });
+        let beside = page.parent().unwrap_or(Path::new("")).join(&way).join(LOGS);
+        // The first rows are those of the first runs.
+        let pages = (1..=rows.len() as u64).filter(|run| beside.join(format!("{run}.html")).is_file());
+        let pages = pages.map(|run| (run, format!("{way}{LOGS}/{run}.html"))).collect();
         let accepted = plan.rows.iter().find(|row| row.refused.is_none());
         let sweep = Sweep {
             title: plan.common.title.clone(),
@@ -132,7 +137,8 @@ impl StudyPage<'_> {
                 way if way.contains('%') => UNNAMED.to_owned(),
                 way => way.to_owned(),
             },
-            logs: plan.common.keep.contains(&Keep::Log).then(|| format!("{way}logs/")),
+            logs: plan.common.keep.contains(&Keep::Log).then(|| format!("{way}{LOGS}/")),
+            pages,
             claims,
             links: links(page, tables),
             code_version: provenance.then(|| plan.common.code_version.clone()),

@@ -94,7 +94,9 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
             let is_number = matches!(key.kind, Kind::Number(..) | Kind::Numbers(..));
             let is_meant_as_one = value.and_then(Value::as_str).is_some_and(begins_as_number);
             let unit = if is_number && is_meant_as_one { how_numbers_are_written(path) } else { "".into() };
-            Some((format!("{} is not accepted", entry.written), format!("{}{unit}", key.kind)))
+            let meant =
+                value.and_then(Value::as_str).map(|word| key.kind.suggestion(word)).unwrap_or_default();
+            Some((format!("{} is not accepted{meant}", entry.written), format!("{}{unit}", key.kind)))
         }
     };
     let Some((problem, accepted)) = refused else { return good };

@@ -8,6 +8,7 @@ use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::choices::DriveKind;
+use crate::scenario::suggest::suggestion;
 use crate::scenario::typed::whole;
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
@@ -121,6 +122,12 @@ impl Kind {
                 value.as_str().filter(is_line).map(Value::from)
             }
         }
+    }
+
+    /// `; did you mean ...?` of the words of the key that a word may mean; empty if none is close enough.
+    pub fn suggestion(&self, word: &str) -> String {
+        let Word(words) = *self else { return String::new() };
+        suggestion(word, words.iter().copied())
     }
 
     /// Whether a number is large enough to calculate with, see [`LEAST_MAGNITUDE`]. Lists of increments,

@@ -169,6 +169,12 @@ impl Scenario {
         let (blocks, contacts) = (self.slider.blocks as usize, self.slider.contacts() as usize);
         let (shear, prestress, load) = (&mut self.initial_shear, &mut self.prestress, &mut self.normal_load);
         let (friction, disorder) = (&mut self.friction, &mut self.disorder);
+        let grid = TimeGrid::new(self.time.step_s);
+        let on_a_step = |time_s: f64| {
+            let nearest = grid.nearest_step(time_s);
+            let is_between = time_s > 0.0 && nearest <= MOST_STEPS && grid.whole_steps(time_s).is_none();
+            if is_between { in_few_digits(&grid, grid.time_s(nearest)) } else { time_s }
+        };
         let [mu_s, mu_d, kt, p] = Quantity::ALL.map(Quantity::offsets_key);
         let of_blocks = [
             (mu_s, &mut friction.static_offsets),
@@ -191,7 +197,10 @@ impl Scenario {
             ("normal_load.course_csv", &load.course_csv, "factor", of_load),
             ("prestress.course_csv", &prestress.course_csv, "ratio", of_prestress),
         ] {
-            let parse = |text: &str| profile::parse_course(text, value, blocks);
+            // Times of a laboratory fall between steps.
+            let rounded =
+                |[times_s, values]: [Vec<f64>; 2]| [times_s.into_iter().map(on_a_step).collect(), values];
+            let parse = |text: &str| profile::parse_course(text, value, blocks).map(rounded);
             reading.lists((key, file), lists, parse, profile::accepted_course(value));
         }
         for (key, file, list, profile) in [
@@ -252,6 +261,43 @@ mod tests {
                         slider.length_m = 24\nslider.blocks = 25\ntime.step_s = 0.003\ntime.duration_s = 300";
         let recording = resolve(coarse).unwrap().recording;
         assert_eq!([recording.sample_s, recording.fields_s], [0.003, 0.021]);
+    }
+
+    /// A laboratory's times were refused, which lie between steps.
+    #[test]
+    fn knots_of_a_file_are_rounded_to_steps_and_written_ones_are_refused() {
+        let file = std::env::temp_dir().join(format!("asperity-knots-{}.csv", std::process::id()));
+        let read = |rows: &str, key: &str, value: &str| {
+            std::fs::write(&file, format!("time_s,x_over_l,{value}\n{rows}")).unwrap();
+            let source = ScenarioSource::new("test.toml", "slider.blocks = 2\ntime.step_s = 1e-6");
+            let source = source.with_override(&format!("{key}={}", file.display()));
+            Scenario::resolve_with(&source, &crate::Texts).map_err(|errors| errors.to_string())
+        };
+        let rows = "0.1,0,1\n0.1,1,1\n0.20000049,0,0.5\n0.20000049,1,0.5\n0.3000006,0,1\n0.3000006,1,1\n";
+        let load = read(rows, "normal_load.course_csv", "factor").unwrap().normal_load;
+        assert_eq!(load.course_s, [0.1, 0.2, 0.300001]);
+        assert_eq!(
+            read(rows, "prestress.course_csv", "ratio").unwrap().prestress.course_s,
+            [0.1, 0.2, 0.300001]
+        );
+        for (rows, problem) in [
+            (
+                "0.1,0,1\n0.1,1,1\n0.1000002,0,1\n0.1000002,1,1\n",
+                "goes from 0.1 to 0.1 (accepted: times that ascend",
+            ),
+            (
+                "-1e-9,0,1\n-1e-9,1,1\n",
+                "-0.000000001 is not accepted (accepted: a list, each a number from 0)",
+            ),
+        ] {
+            let error = read(rows, "normal_load.course_csv", "factor").unwrap_err();
+            assert!(error.contains(problem), "{error}");
+        }
+        std::fs::remove_file(&file).unwrap();
+        let written =
+            "slider.blocks = 2\nnormal_load.course_s = [0.1000000001]\nnormal_load.course_factor = [1]";
+        let error = resolve(written).unwrap_err().to_string();
+        assert!(error.contains("0.1000000001 is not a whole number of steps of "), "{error}");
     }
 
     #[test]
@@ -361,6 +407,21 @@ mod tests {
                  test.toml:4:11: recording.window.from_s: missing in this window (accepted: a number from 0)",
             ),
             ("[slider", "test.toml:1:8: not TOML: unclosed table, expected `]`"),
+            (
+                "[drive]\nkind = sides # all\n[slider]\nblocks = 7",
+                "test.toml:2:8: drive.kind: sides lacks its quotes; did you mean side? (accepted: \"side\" or \"top\" \
+                 or \"left-right\" or \"force\")",
+            ),
+            (
+                "drive.kind = side\nfriction.law = rigid",
+                "test.toml:1:14: not TOML: string values must be quoted, expected literal string",
+            ),
+            (
+                "friction.law = \"rate_and_state\"",
+                "test.toml:1:16: friction.law: \"rate_and_state\" is not accepted; did you mean rate-and-state? \
+                 (accepted: \"interfacial-springs\" or \"rigid\" or \"velocity-weakening\" or \"junctions\" or \
+                 \"rate-and-state\")",
+            ),
             (
                 "slider.length_m = 0,14",
                 "test.toml:1:20: not TOML: unexpected key or value, expected newline, `#` (accepted: a number with a \

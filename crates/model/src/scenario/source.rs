@@ -16,8 +16,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::scenario::files::Files;
 use crate::scenario::key::any_number;
-use crate::scenario::keys::KEYS;
-use crate::scenario::keys::WINDOW;
+use crate::scenario::keys::{self, KEYS, WINDOW};
 use crate::scenario::stand_ins;
 use crate::scenario::text::Lines;
 
@@ -142,6 +141,9 @@ impl Layer<'_> {
             .map_err(|too_long| error(self.origin.to_owned(), too_long.to_string(), None))?;
         let table = DeTable::parse(self.text).map_err(|wrong| {
             let at = wrong.span().unwrap_or(0..0);
+            if let Some(unquoted) = self.unquoted(at.start) {
+                return unquoted;
+            }
             let accepted = match is_decimal_comma(self.text, at.start) {
                 _ if self.is_override() => Some("KEY=VALUE, as in --set time.duration_s=0.1"),
                 is_comma => is_comma.then_some("a number with a decimal point, as 0.1"),
@@ -152,6 +154,21 @@ impl Layer<'_> {
         let mut entries = Entries::default();
         collect(self, "", table.get_ref(), &mut entries);
         Ok(entries)
+    }
+
+    /// The error of a word without quotes, if that is all that is wrong with the text, in the words of its key.
+    fn unquoted(&self, at: usize) -> Option<ScenarioError> {
+        let rest = self.text.get(at..)?;
+        let is_of_word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+        let word = &rest[..rest.find(|c| !is_of_word(c)).unwrap_or(rest.len())];
+        let text = format!("{}\"{word}\"{}", &self.text[..at], &rest[word.len()..]);
+        let quoted = Layer { text: &text, lines: Lines::of(&text), ..*self };
+        let mut entries = Entries::default();
+        collect(&quoted, "", DeTable::parse(&text).ok()?.get_ref(), &mut entries);
+        let (path, entry) = entries.values.iter().find(|(_, entry)| entry.place == self.place(at..at))?;
+        let (key, words) = (keys::named(path)?, entry.value.as_ref()?.as_str()?);
+        let problem = format!("{word} lacks its quotes{}", key.kind.suggestion(words));
+        Some(entry.error(path, problem, key.kind.to_string()))
     }
 
     fn is_override(&self) -> bool {

@@ -102,6 +102,13 @@ pub(crate) fn keys(written: &str, known: &[&Key]) -> Vec<&'static str> {
     if found.is_empty() {
         found = spelt_like(&|key| wrong_letters(last, split(key.path).1));
     }
+    if found.is_empty() {
+        // Without its unit.
+        found = spelt_like(&|key| {
+            let parts = split(key.path).1.match_indices('_');
+            parts.filter_map(|(end, _)| wrong_letters(last, &split(key.path).1[..end])).min()
+        });
+    }
     found.truncate(MOST_SUGGESTED);
     found
 }
@@ -211,6 +218,9 @@ mod tests {
             ("normal_laod.tlit", "normal_load.tilt"),
             ("normal_laod.tilt", "normal_load.tilt"),
             ("parameter-set", "parameter_set"),
+            // Misspelt and without its unit.
+            ("drive.velocty", "drive.velocity_m_per_s"),
+            ("drive.stifness", "drive.stiffness_n_per_m"),
             // None is near.
             ("colour", ""),
             ("m", ""),

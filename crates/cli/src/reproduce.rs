@@ -115,7 +115,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         reading::once(run, &[], begin, accept)?;
     loads.finish().and_then(|()| events.finish()).map_err(StudyError::from)?;
     let verdict = checked.verdict;
-    let mut data = collector.finish(has_ruptures, checked.seen.end.as_ref());
+    let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
+    let summary = &data.summary;
     let law = LengthLaw::natural(&data.scenario);
     let has_slow_slip = data.header.junction_count > 0;
     let folder = Target::Folder(out.clone());
@@ -132,7 +133,18 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         );
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
-    let mut write = || -> Result<(), StudyError> {
+    if data.ruptures.is_some() {
+        // Its rows have numbers of the whole run.
+        let table = PassingTable::ruptures((&files, out, tables::RUPTURES), &data);
+        let skims: &[&str] = if checked.problem.is_none() { &[Rupture::TOPIC] } else { &[] };
+        let accept = |again: &Checked| match again.problem.is_some() == checked.problem.is_some() {
+            true => Ok(()),
+            false => Err(verdict_exit::failure(run, again)),
+        };
+        let again = reading::once(run, skims, |_| Ok(table), accept)?;
+        again.observer.finish().map_err(StudyError::from)?;
+    }
+    let write = || -> Result<(), StudyError> {
         let write = |table: Table| table_files::write(&files, out, &table.name.clone(), table);
         if data.ruptures.is_some() {
             write(tables::precursor_ruptures(&data, &[(law, rules)]))?;
@@ -142,8 +154,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         }
         write(tables::precursors(&data, law, &rules)?)?;
         write(tables::residuals(&data, law, &rules)?)?;
-        summaries::write_table(&files, &out.join(summaries::TABLE), [&data.summary])?;
-        summaries::write_json(&files, &out.join(summaries::JSON), &data.summary)?;
+        summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
+        summaries::write_json(&files, &out.join(summaries::JSON), summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
         let of_ruptures = of_ruptures.into_iter().chain(has_slow_slip.then_some(tables::SLOW_SLIP));
         let tables = of_ruptures.filter(|_| data.ruptures.is_some());
@@ -156,24 +168,11 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         for figure in &figures {
             figure.draw(&data, !arguments.no_provenance, &files, &folder)?;
         }
-        data.loads = Vec::new();
-        Ok(())
+        Ok(files.publish()?)
     };
     write()?;
-    if data.ruptures.is_some() {
-        // Its rows have numbers of the whole run.
-        let table = PassingTable::ruptures((&files, out, tables::RUPTURES), &data);
-        let skims: &[&str] = if checked.problem.is_none() { &[Rupture::TOPIC] } else { &[] };
-        let accept = |again: &Checked| match again.problem.is_some() == checked.problem.is_some() {
-            true => Ok(()),
-            false => Err(verdict_exit::failure(run, again)),
-        };
-        let again = reading::once(run, skims, |_| Ok(table), accept)?;
-        again.observer.finish().map_err(StudyError::from)?;
-    }
-    files.publish().map_err(StudyError::from)?;
     say(out.display())?;
-    summary::tell(arguments.run.display(), &data.summary, board);
+    summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
 }
 

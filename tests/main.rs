@@ -28,9 +28,10 @@ mod gallery;
 mod given;
 mod golden;
 mod hostile;
-/// What needs packages of Python and Node; `cargo xtask ci` sets them up.
+/// What needs packages of Python and Node, which `cargo xtask ci` sets up, or a minute.
 mod in_ci {
     mod clients;
+    mod memory;
     mod recipes;
 }
 mod junctions;
@@ -96,6 +97,7 @@ mod support {
     pub(crate) mod commands;
     pub(crate) mod forgeries;
     pub(crate) mod golden;
+    pub(crate) mod many_events;
     pub(crate) mod markdown;
     pub(crate) mod pairs;
     pub(crate) mod parquet;

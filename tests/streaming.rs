@@ -34,7 +34,7 @@ fn log(path: &Path, duration_s: &str) {
 /// The largest memory of a command, MB, by the system's own account.
 ///
 /// Of all programs that a shell can call only an interpreter gives it, so Python does.
-fn peak_mb(arguments: &[&str]) -> f64 {
+pub(crate) fn peak_mb(arguments: &[&str]) -> f64 {
     const ASK: &str = "import resource, subprocess, sys\n\
                        code = subprocess.call(sys.argv[1:], stdout=subprocess.DEVNULL)\n\
                        print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)\n\

@@ -4,15 +4,15 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::of_one_run::{Kind, Target};
-use asperity_files::{Existing, FileError, FileSet, Inputs, is_taken};
+use asperity_files::{Existing, FileSet, Inputs, is_taken};
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
-use asperity_record::{Observer, Record};
+use asperity_record::{EventPayload, Rupture};
 use asperity_run::{Checked, OpenLog, SolverKind};
 use asperity_study::{Reproduction, StudyError, record};
-use asperity_tables::table_files::{self, LoadTable};
+use asperity_tables::table_files::{self, PassingTable};
 use asperity_tables::{Table, summaries, tables};
 use clap::Args;
 
@@ -112,13 +112,14 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             required |= RequiredData::motion();
         }
         let collector = Collector::of_log(&name, log.header(), log.needed_scenario()?, required)?;
-        let loads = Loads(LoadTable::begin(&files, out, "load", collector.both_ways()));
-        Ok((collector, loads))
+        let loads = PassingTable::loads((&files, out, "load"), collector.both_ways());
+        let events = PassingTable::events((&files, out, tables::EVENTS), log.header().parts());
+        Ok((collector.bounded(&rules), (loads, events)))
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
-    let Reading { checked, observer: (collector, loads), has_ruptures } =
+    let Reading { checked, observer: (collector, (loads, events)), has_ruptures } =
         reading::once(run, &[], begin, accept)?;
-    loads.0.and_then(LoadTable::finish).map_err(StudyError::from)?;
+    loads.finish().and_then(|()| events.finish()).map_err(StudyError::from)?;
     let verdict = checked.verdict;
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let summary = &data.summary;
@@ -138,16 +139,25 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         );
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
+    if data.ruptures.is_some() {
+        // Its rows have numbers of the whole run.
+        let table = PassingTable::ruptures((&files, out, tables::RUPTURES), &data);
+        let skims: &[&str] = if checked.problem.is_none() { &[Rupture::TOPIC] } else { &[] };
+        let accept = |again: &Checked| match again.problem.is_some() == checked.problem.is_some() {
+            true => Ok(()),
+            false => Err(verdict_exit::failure(run, again)),
+        };
+        let again = reading::once(run, skims, |_| Ok(table), accept)?;
+        again.observer.finish().map_err(StudyError::from)?;
+    }
     let write = || -> Result<(), StudyError> {
         let write = |table: Table| table_files::write(&files, out, &table.name.clone(), table);
         if data.ruptures.is_some() {
-            write(tables::ruptures(&data))?;
             write(tables::precursor_ruptures(&data, &[(law, rules)]))?;
             if has_slow_slip {
                 write(tables::slow_slip(&data)?)?;
             }
         }
-        write(tables::events(&data))?;
         write(tables::precursors(&data, law, &rules)?)?;
         write(tables::residuals(&data, law, &rules)?)?;
         summaries::write_table(&files, &out.join(summaries::TABLE), [summary])?;
@@ -174,19 +184,6 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     say(out.display())?;
     summary::tell(arguments.run.display(), summary, board);
     verdict_exit::finish(&arguments.run, &checked, board)
-}
-
-/// The table of loads of a log that is read, or the first failure to write it.
-struct Loads(Result<LoadTable, FileError>);
-
-impl Observer for Loads {
-    fn record(&mut self, record: &Record) {
-        if let (Record::Step(record), Ok(table)) = (record, &mut self.0)
-            && let Err(error) = table.push(record)
-        {
-            self.0 = Err(error);
-        }
-    }
 }
 
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {

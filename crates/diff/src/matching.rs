@@ -15,6 +15,7 @@
 //! - Once all open paths share one state, everything before it is settled: of the grid, only the undecided
 //!   stretch is in memory.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use asperity_record::{BoundingBox, Role};
@@ -131,7 +132,7 @@ struct Side<'a> {
     table: &'a Table,
     order: Vec<u32>,
     /// Where each starts: at its onset, s, or at a place in the cycles.
-    places: Vec<f64>,
+    places: Cow<'a, [f64]>,
     /// Number of different places before, on both sides.
     ranks: Vec<u32>,
 }
@@ -146,11 +147,11 @@ impl<'a> Side<'a> {
             for at_once in order.chunk_by_mut(is_at_once).filter(|rows| rows.len() > 1) {
                 at_once.sort_by(|&a, &b| in_order(row(a), row(b), columns.iter().chain([Column::EVENT])));
             }
-            let places = table.rows().map(|row| match cycles {
-                Some(cycles) => cycles.progress[side].place(row.onset_s()),
-                None => row.onset_s(),
-            });
-            Side { places: places.collect(), ranks: Vec::with_capacity(table.len()), order, table }
+            let places = match cycles.map(|cycles| &cycles.progress[side]) {
+                Some(progress) => table.rows().map(|row| progress.place(row.onset_s())).collect(),
+                None => table.onsets_s(),
+            };
+            Side { places, ranks: Vec::with_capacity(table.len()), order, table }
         });
         let (mut next, mut rank) = ([0, 0], 0);
         loop {

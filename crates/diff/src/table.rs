@@ -1,5 +1,6 @@
 //! Slip events or ruptures of one side, column by column, from a run log or a CSV file.
 
+use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::path::Path;
 
@@ -20,7 +21,37 @@ const MOST_WHOLE: u64 = 1 << 53;
 pub struct Table {
     /// The columns that it has.
     pub columns: Columns,
-    cells: [Vec<f64>; COUNT],
+    cells: [Cells; COUNT],
+}
+
+/// The cells of a column: whole numbers in half the memory, and doubles from the first number on that is none.
+#[derive(Debug, Clone, Default)]
+struct Cells {
+    /// [`NO_WHOLE`] where they are empty.
+    whole: Vec<u32>,
+    double: Vec<f64>,
+}
+
+const NO_WHOLE: u32 = u32::MAX;
+
+fn double(whole: u32) -> f64 {
+    if whole == NO_WHOLE { f64::NAN } else { whole.into() }
+}
+
+impl Cells {
+    fn push(&mut self, value: f64) {
+        let whole = if value.is_nan() { NO_WHOLE } else { value as u32 };
+        if self.double.is_empty() && (value.is_nan() || double(whole).to_bits() == value.to_bits()) {
+            self.whole.push(whole);
+        } else {
+            self.double.extend(std::mem::take(&mut self.whole).into_iter().map(double));
+            self.double.push(value);
+        }
+    }
+
+    fn get(&self, row: usize) -> Option<f64> {
+        self.double.get(row).copied().or_else(|| self.whole.get(row).copied().map(double))
+    }
 }
 
 /// A row of a table.
@@ -44,7 +75,8 @@ impl Table {
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.cells[Column::ONSET_S.place()].len()
+        let Cells { whole, double } = &self.cells[Column::ONSET_S.place()];
+        whole.len().max(double.len())
     }
 
     /// Whether it has no rows.
@@ -66,12 +98,11 @@ impl Table {
         self.cells[column.place()].push(value);
     }
 
-    /// Adds the number of a row. Rows that are numbered as they come take no memory for that.
-    fn push_number(&mut self, row: usize, number: f64) {
-        let numbers = &mut self.cells[Column::EVENT.place()];
-        if !numbers.is_empty() || number != row as f64 {
-            numbers.extend((numbers.len()..row).map(|row| row as f64));
-            numbers.push(number);
+    /// Where its rows start, s.
+    pub(crate) fn onsets_s(&self) -> Cow<'_, [f64]> {
+        match &self.cells[Column::ONSET_S.place()].double[..] {
+            [] => self.rows().map(Row::onset_s).collect(),
+            onsets_s => onsets_s.into(),
         }
     }
 
@@ -79,11 +110,9 @@ impl Table {
     pub(crate) fn sort_by(&mut self, columns: &[Column]) {
         let mut order: Vec<usize> = (0..self.len()).collect();
         order.sort_by(|&a, &b| in_order(self.row(a), self.row(b), columns.iter().copied()));
-        // Their numbers stay with them.
-        let numbers: Vec<f64> = self.rows().map(|row| row.value(Column::EVENT)).collect();
-        self.cells[Column::EVENT.place()] = numbers;
-        for cells in self.cells.iter_mut().filter(|cells| !cells.is_empty()) {
-            *cells = order.iter().map(|&row| cells[row]).collect();
+        for Cells { whole, double } in &mut self.cells {
+            *whole = order.iter().filter_map(|&row| whole.get(row).copied()).collect();
+            *double = order.iter().filter_map(|&row| double.get(row).copied()).collect();
         }
     }
 }
@@ -104,7 +133,7 @@ impl<'a> Row<'a> {
     #[inline]
     pub(crate) fn value(self, column: Column) -> f64 {
         match self.table.cells[column.place()].get(self.row) {
-            Some(value) => *value,
+            Some(value) => value,
             None if column == Column::EVENT => self.row as f64,
             None => f64::NAN,
         }
@@ -202,12 +231,9 @@ impl<P: EventPayload> Collected<P> {
     pub fn push(&mut self, event: &P) {
         let (cells, row) = (event.cells(), self.table.len());
         for &(place, column) in &self.places {
-            match cells.as_ref()[place].number().unwrap_or(f64::NAN) {
-                number if column == Column::EVENT => self.table.push_number(row, number),
-                value => self.table.push(column, value),
-            }
+            self.table.push(column, cells.as_ref()[place].number().unwrap_or(f64::NAN));
         }
-        if self.table.cells[Column::BLOCKS_SLIPPED.place()].len() == row {
+        if self.table.cells[Column::BLOCKS_SLIPPED.place()].get(row).is_none() {
             let blocks = self.table.row(row).reach().count();
             self.table.push(Column::BLOCKS_SLIPPED, blocks.into());
         }
@@ -238,7 +264,7 @@ pub(crate) fn read(path: &Path) -> Result<Table, CompareError> {
             read.ok_or_else(|| text.to_owned())
         })?;
     }
-    Ok(reader.finish())
+    Ok(reader.table)
 }
 
 /// A whole number as a double, if that is exact.
@@ -288,22 +314,16 @@ impl<'a> Reader<'a> {
         let row = self.table.len();
         for n in 0..self.places.len() {
             let (column, place) = self.places[n];
-            let value = cell(place, column);
-            let accepted = match &value {
-                Err(_) => accepted(column),
-                Ok(value) => match self.refuses(row, column, *value) {
-                    None if column == Column::EVENT => {
-                        self.table.push_number(row, *value);
-                        continue;
-                    }
+            let (text, accepted) = match cell(place, column) {
+                Err(text) => (text, accepted(column)),
+                Ok(value) => match self.refuses(row, column, value) {
+                    Some(accepted) => (column.cell(value).to_string(), accepted),
                     None => {
-                        self.table.push(column, *value);
+                        self.table.push(column, value);
                         continue;
                     }
-                    Some(accepted) => accepted,
                 },
             };
-            let text = value.map_or_else(|text| text, |value| column.cell(value).to_string());
             return Err(CompareError::Input(format!(
                 "{}:{line}: {column}: {text:?} is not accepted (accepted: {accepted})",
                 self.path.display()
@@ -341,10 +361,6 @@ impl<'a> Reader<'a> {
         let kind = if role == Role::Time { "number" } else { "whole number" };
         (!is_after).then(|| format!("a {kind} from {begin}{}", or_nothing(name, column)))
     }
-
-    fn finish(self) -> Table {
-        self.table
-    }
 }
 
 /// Accepted values of a column, in words.
@@ -364,5 +380,25 @@ fn or_nothing(name: &str, column: Column) -> &'static str {
         false => "",
         true if name.contains("end") => ", or nothing where the run ended before",
         true => ", or nothing",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cells;
+
+    #[test]
+    fn numbers_come_back_to_the_bit_from_half_the_memory_while_they_are_whole() {
+        let whole = [3.0, f64::NAN, 0.0, f64::from(u32::MAX - 1)];
+        for other in [0.5, -0.0, -1.0, f64::from(u32::MAX), 1e300, f64::INFINITY] {
+            let mut cells = Cells::default();
+            whole.iter().for_each(|value| cells.push(*value));
+            assert!(cells.double.is_empty() && cells.whole.len() == whole.len());
+            cells.push(other);
+            assert!(cells.whole.is_empty());
+            let back = (0..6).map(|row| cells.get(row).map(f64::to_bits));
+            let pushed = whole.into_iter().chain([other]).map(|value| Some(value.to_bits())).chain([None]);
+            assert!(back.eq(pushed), "{other}");
+        }
     }
 }

@@ -179,8 +179,8 @@ pub fn over_stress(
 ) -> [Vec<(f64, f64)>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for rupture in among_ruptures(run, &PrecursorRules { min_blocks: from_blocks, merge_gap_s: 0.0 }) {
-        let slip = run.event_of(rupture);
-        let state = slip.and_then(|slip| states.at_precursor_onset(slip.onset_step));
+        let slip = run.slip_steps.event_at(rupture.onset_step);
+        let state = slip.and_then(|(_, onset)| states.at_precursor_onset(onset));
         let Some((state, p_n)) = state.and_then(|state| Some((state, run.normal_load_n(loads, state)?)))
         else {
             continue;

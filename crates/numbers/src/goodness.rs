@@ -142,7 +142,7 @@ fn from_times(fit: &TimeFit, times_s: &[f64]) -> f64 {
 /// The largest distance of a law, given by the share above each value, from the shares of a sample.
 pub(crate) fn distance(survival: impl Fn(f64) -> f64, values: &[f64]) -> f64 {
     let mut ascending = values.to_vec();
-    ascending.sort_by(f64::total_cmp);
+    ascending.sort_unstable_by(f64::total_cmp);
     let count = ascending.len() as f64;
     // The share found falls at each value, from the one to the other.
     let distance = |(n, value): (usize, &f64)| {

@@ -82,7 +82,7 @@ impl GutenbergRichter {
     /// far enough below the largest, above the smallest one. `None` of fewer than 51 magnitudes, or if all are equal.
     pub fn complete(magnitudes: &[f64]) -> Option<GutenbergRichter> {
         let mut ascending = magnitudes.to_vec();
-        ascending.sort_by(f64::total_cmp);
+        ascending.sort_unstable_by(f64::total_cmp);
         let Some(found) = Found::in_all(&ascending) else {
             return GutenbergRichter::above(magnitudes, *ascending.first()?);
         };

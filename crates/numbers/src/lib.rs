@@ -93,6 +93,7 @@ pub mod run_data;
 mod run_result;
 mod rupture_numbers;
 pub mod rupture_selector;
+pub mod slip_steps;
 pub mod slow_slip;
 pub mod states;
 mod statistics;

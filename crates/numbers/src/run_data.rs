@@ -3,7 +3,9 @@
 //! A run has far more records than its outputs need. [`Collector`] reads each once and keeps the data named
 //! by [`RequiredData`], in a form without unused fields.
 
+use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
 
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
@@ -11,7 +13,10 @@ use asperity_record::{
     StepRecord, WindowRecord,
 };
 
+use crate::growth::EventGrowth;
+use crate::precursors::PrecursorRules;
 use crate::required_data::{Film, RequiredData};
+use crate::slip_steps::SlipSteps;
 use crate::states::States;
 use crate::summarizer::Summarizer;
 use crate::summary::Summary;
@@ -77,10 +82,12 @@ pub struct RunEvents {
     pub plan: Plan,
     /// Its summary.
     pub summary: Summary,
-    /// Slip events, in order.
+    /// Slip events, in order; see [`Collector::bounded`].
     pub slips: Vec<SlipEvent>,
+    /// The steps of all slip events.
+    pub slip_steps: Arc<SlipSteps>,
     /// Ruptures, in the order in which they became certain, as in the log; none of a log by other
-    /// detectors.
+    /// detectors. See [`Collector::bounded`].
     pub ruptures: Option<Vec<Rupture>>,
     /// The first and the last switch of every block.
     pub switches: Vec<Option<[Switched; 2]>>,
@@ -261,13 +268,6 @@ impl RunEvents {
         ruptures
     }
 
-    /// The slip event in which a rupture began.
-    pub fn event_of(&self, rupture: &Rupture) -> Option<&SlipEvent> {
-        let after = self.slips.partition_point(|slip| slip.onset_step <= rupture.onset_step);
-        let slip = self.slips.get(after.checked_sub(1)?)?;
-        slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
-    }
-
     /// Normal load of each contact in a state: for a slab from the state, for a chain its share of the load
     /// at that time. `None` without step records.
     pub fn normal_load_n(&self, loads: &[Load], state: &FieldRecord) -> Option<Vec<f64>> {
@@ -320,6 +320,31 @@ impl RunEvents {
 pub struct Collector {
     run: RunData,
     summarizer: Summarizer,
+    /// Of a bounded one, for each rule by which slip events grow, the fewest blocks that count, and the growth so far.
+    bounded: Vec<(u32, EventGrowth)>,
+    /// How many loads are held at most before they are [`thinned`].
+    most_loads: usize,
+}
+
+/// Most loads of which a bounded collector keeps all.
+const MOST_LOADS: usize = 1 << 20;
+
+/// Into how many parts of a run it divides more than these: ten for each pixel of a figure.
+const PARTS: u64 = 1 << 14;
+
+/// Of the loads in each part of a run those that a figure shows: its ends, and the extremes of `F_T / F_N` and of the
+/// number of sliding blocks.
+fn thinned(loads: &[Load], steps: u64) -> Vec<Load> {
+    let part = |load: &Load| load.step / (steps / PARTS + 1);
+    let by_ratio = |a: &&Load, b: &&Load| a.load_ratio().total_cmp(&b.load_ratio());
+    let shown = |part: &[Load]| {
+        let all = part.iter();
+        let ends = [part.first(), part.last(), all.clone().min_by(by_ratio), all.clone().max_by(by_ratio)];
+        let sliding = [all.clone().min_by_key(|load| load.sliding), all.max_by_key(|load| load.sliding)];
+        let by_step = ends.into_iter().chain(sliding).flatten().map(|load| (load.step, *load));
+        by_step.collect::<BTreeMap<u64, Load>>().into_values()
+    };
+    loads.chunk_by(|a, b| part(a) == part(b)).flat_map(shown).collect()
 }
 
 impl Collector {
@@ -336,6 +361,7 @@ impl Collector {
             plan,
             summary: Summary::default(),
             slips: Vec::new(),
+            slip_steps: Arc::default(),
             ruptures: Some(Vec::new()),
         };
         let run = RunData {
@@ -349,7 +375,17 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
         };
-        Collector { run, summarizer }
+        Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX }
+    }
+
+    /// Keeps data that do not grow with the number of events, for the precursors by these rules and for figures of the
+    /// whole run: slip events that may be precursors or end them, or all if their detachments are required; ruptures
+    /// likewise, or all if their arrivals are; and no more loads than can be seen.
+    #[must_use]
+    pub fn bounded(self, rules: &PrecursorRules) -> Collector {
+        let growth = EventGrowth::new(self.run.header.blocks);
+        let bounded = [1, rules.min_blocks].map(|fewest| (fewest, growth)).into();
+        Collector { bounded, most_loads: MOST_LOADS, ..self }
     }
 
     /// For a log that is about to be read, with this header and scenario.
@@ -383,6 +419,10 @@ impl Collector {
         states.step(record);
         if kept.loads {
             loads.push(Load::from(record));
+            if loads.len() == self.most_loads {
+                *loads = thinned(loads, run.header.steps);
+                self.most_loads = MOST_LOADS / 4;
+            }
         }
         for switch in &record.switches {
             let switched = Switched {
@@ -417,11 +457,15 @@ impl Collector {
 
     /// Returns the data kept, given the source of its ruptures, and its end if known.
     pub fn finish(self, has_ruptures: bool, end: Option<&RunEnd>) -> RunData {
-        let Collector { mut run, summarizer } = self;
+        let Collector { mut run, summarizer, bounded, .. } = self;
         run.states.end();
+        if !bounded.is_empty() && !run.kept.arrivals {
+            run.ruptures = Some(summarizer.growth.iter().map(|(_, rupture)| rupture.clone()).collect());
+        }
         if !has_ruptures {
             run.ruptures = None;
         }
+        run.slip_steps = summarizer.raw.steps.clone();
         run.summary = summarizer.finish(has_ruptures, end);
         run
     }
@@ -447,9 +491,15 @@ impl Observer for Collector {
         self.summarizer.event(event);
         if let Some(slip) = event.get::<SlipEvent>() {
             self.run.states.slip(slip);
-            self.run.slips.push(slip.clone());
+            let mut is_kept = self.run.kept.detachments || self.bounded.is_empty();
+            for (fewest, growth) in &mut self.bounded {
+                is_kept |=
+                    slip.blocks_slipped >= *fewest && growth.extends(slip.reach(), slip.blocks_slipped);
+            }
+            self.run.slips.extend(is_kept.then(|| slip.clone()));
         } else if let Some(rupture) = event.get::<Rupture>() {
-            self.run.ruptures.get_or_insert_default().push(rupture.clone());
+            let is_kept = self.run.kept.arrivals || self.bounded.is_empty();
+            self.run.ruptures.get_or_insert_default().extend(is_kept.then(|| rupture.clone()));
         } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
             self.run.arrivals.push(arrival.clone());
         }
@@ -458,11 +508,14 @@ impl Observer for Collector {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Direction, FieldRecord, Observer, Record, StepRecord, WindowRecord};
+    use asperity_record::{
+        Direction, Event, FieldRecord, Observer, Record, SlipEvent, StepRecord, WindowRecord,
+    };
     use asperity_testkit::{quiet_step, slip_event, switch};
 
-    use super::Collector;
+    use super::{Collector, Load, PARTS, thinned};
     use crate::made_up;
+    use crate::precursors::{self, PrecursorRules};
     use crate::required_data::RequiredData;
     use crate::states::States;
 
@@ -473,6 +526,66 @@ mod tests {
         assert_eq!((first.step, last.step, last.direction), (99, 299, Direction::Detach));
         assert_eq!(run.switches[1], None);
         assert_eq!(run.detachments().unwrap(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
+    }
+
+    /// Neither the events between precursors stay, nor their ruptures; a slip event that is a precursor by one rule alone does.
+    #[test]
+    fn of_a_bounded_run_the_same_precursors_are_found_among_few_events() {
+        let blocks = |n: u64| -> &[u32] {
+            match n {
+                300 => &[1],
+                500 => &[1, 5],
+                700 => &[1, 2, 3, 4],
+                900 => &[1, 2, 3, 4, 5, 6],
+                _ => &[2],
+            }
+        };
+        let mut run = made_up::run("", &[]);
+        run.header.blocks = 6;
+        let of_event = |n: u64| -> Vec<made_up::Passed> {
+            blocks(n).iter().map(|block| (*block, 100 * n + 10, Some(100 * n + 15))).collect()
+        };
+        let passed: Vec<_> = (0..1000).map(of_event).collect();
+        made_up::with_ruptures(&mut run, &passed.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let rules = PrecursorRules { min_blocks: 3, ..PrecursorRules::default() };
+        let all = Collector::new("a", run.header.clone(), run.scenario.clone(), RequiredData::LOADS);
+        let few = Collector::new("a", run.header.clone(), run.scenario.clone(), RequiredData::LOADS)
+            .bounded(&rules);
+        let [all, few] = [all, few].map(|mut collector| {
+            for event in 0..1000 {
+                let (onset, blocks) = (100 * event + 10, blocks(event));
+                let slip = slip_event(onset, onset + 5, blocks[0]..=blocks[blocks.len() - 1]);
+                let blocks_slipped = blocks.len() as u32;
+                collector.event(&Event::new(SlipEvent { event, blocks_slipped, ..slip }));
+            }
+            run.ruptures.iter().flatten().for_each(|rupture| collector.event(&Event::new(rupture.clone())));
+            collector.finish(true, None)
+        });
+        assert_eq!((all.slips.len(), few.slips.len()), (1000, 4));
+        assert_eq!(few.ruptures.as_ref().unwrap().len(), 3);
+        let found = [&few, &all].map(|run| precursors::find(run, &rules).unwrap());
+        assert_eq!(found[0], found[1]);
+        assert_eq!(found[0].iter().map(|found| found.start.event).collect::<Vec<u64>>(), [700, 900]);
+        assert_eq!(precursors::one_by_one(&few), precursors::one_by_one(&all));
+        assert_eq!(precursors::among_ruptures(&few, &rules), precursors::among_ruptures(&all, &rules));
+        assert_eq!(few.first_global_slip(), all.first_global_slip());
+        assert_eq!(few.slip_steps.event_at(61_012), Some((610, 61_010)));
+    }
+
+    #[test]
+    fn of_many_loads_those_stay_that_can_be_seen() {
+        let load = |step: u64| Load {
+            step,
+            sliding: u32::from(step == 70_000),
+            driving_force_n: ((step * 7919) % 1000) as f64 + if step == 60_001 { 1e4 } else { 0.0 },
+            ..Load::from(&quiet_step(step, step as f64, 0.0))
+        };
+        let steps = 20 * PARTS;
+        let all: Vec<Load> = (0..steps).map(load).collect();
+        let thin = thinned(&all, steps);
+        assert!(thin.len() < all.len() / 3 && thin.windows(2).all(|pair| pair[0].step < pair[1].step));
+        assert!([0, 60_001, 70_000, steps - 1].iter().all(|step| thin.contains(&load(*step))));
+        assert_eq!(thinned(&thin, steps), thin);
     }
 
     /// States of ruptures have the number behind the windows that the scenario asks for.

@@ -27,7 +27,7 @@ const FEWEST_INTERVALS: usize = 4;
 /// Receives a run in its order, and returns its [`Summary`].
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
-/// wide raw events, and, until the first global rupture is known, the times of raw events.
+/// wide raw events, and the steps of all raw events.
 pub struct Summarizer {
     pub(crate) name: String,
     pub(crate) header: RunHeader,
@@ -52,7 +52,7 @@ pub struct Summarizer {
     creep: CreepFront,
     pub(crate) raw: RawEvents,
     pub(crate) unloaded: Unloaded,
-    growth: RuptureGrowth<Rupture>,
+    pub(crate) growth: RuptureGrowth<Rupture>,
     /// The global ruptures, by onset.
     pub(crate) global: Vec<Rupture>,
     pub(crate) ruptures: u64,
@@ -156,7 +156,6 @@ impl Summarizer {
             self.raw.wide_rupture(rupture);
         }
         if rupture.reached_every_block {
-            self.raw.global_rupture(rupture);
             let place = self.global.partition_point(|known| known.onset_step <= rupture.onset_step);
             self.global.insert(place, rupture.clone());
         }
@@ -281,9 +280,28 @@ impl Summarizer {
         finite(1.0 - slip_m / (last_m? - first_m?))
     }
 
+    /// Onset and end of each raw slip event, s, in a run that lasts as long as this one.
+    fn raw_events_s(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (grid, end_s) = (self.header.time_grid(), self.simulated_s());
+        let time_s = move |step| if step == u64::MAX { end_s } else { grid.time_s(step) };
+        self.raw.steps.spans.iter().map(move |&(onset, end)| (time_s(onset), time_s(end)))
+    }
+
+    pub(crate) fn longest_event_s(&self) -> Option<f64> {
+        self.raw_events_s().map(|(onset_s, end_s)| end_s - onset_s).max_by(f64::total_cmp)
+    }
+
+    pub(crate) fn sliding_time_ratio(&self) -> Option<f64> {
+        let until_s = self.global.first().map_or(self.simulated_s(), |first| first.onset_s);
+        let slid = self.raw_events_s().map(|(onset_s, end_s)| (end_s.min(until_s) - onset_s).max(0.0));
+        // An empty sum of floats is -0.
+        let slid_s = slid.fold(0.0, |sum_s, time_s| sum_s + time_s);
+        (until_s > 0.0).then(|| slid_s / until_s)
+    }
+
     pub(crate) fn raw_events_mislead(&self) -> bool {
         let spacings = self.header.contacts().columns().saturating_sub(1);
-        self.raw.mislead(f64::from(spacings) * self.header.scales.block_time_s, self.simulated_s())
+        self.raw.mislead(f64::from(spacings) * self.header.scales.block_time_s, self.longest_event_s())
     }
 
     pub(crate) fn solver(&self, count: &str) -> Option<u64> {

@@ -260,7 +260,7 @@ summary! {
             /// Share of the time before the first global rupture, or of the whole run without one,
             /// in which some block slid.
             sliding_time_ratio: Option<f64> =
-                run.raw.sliding_time_ratio(run.global.first().map(|first| first.onset_s), run.simulated_s()),
+                run.sliding_time_ratio(),
             /// Share of the displacement of the blocks, from the first record to the last, that is no slip of a
             /// rupture; null by laws without a state, where not every block has the same drive spring, where a block
             /// still slid at the end, and in logs that are incomplete or salvaged.
@@ -272,12 +272,12 @@ summary! {
             /// than a quarter of the events of four blocks or more contain several wide ruptures.
             raw_events_mislead: Option<bool> = run.has_ruptures.then(|| run.raw_events_mislead()),
             /// Number of raw slip events.
-            event_count: u64 = run.raw.count,
+            event_count: u64 = run.raw.steps.spans.len() as u64,
             /// Number of raw slip events in which every block slid.
             global_event_count: u64 = run.raw.global,
             /// Duration of the longest raw slip event, s; an event that did not end counts up to the end
             /// of the run.
-            longest_event_s: Option<f64> = run.raw.longest_s(run.simulated_s()),
+            longest_event_s: Option<f64> = run.longest_event_s(),
             /// Number of raw slip events of four blocks or more.
             wide_event_count: u64 as OfTheMesh = run.raw.wide_count(),
             /// Number of raw slip events of four blocks or more in which more than one wide rupture

@@ -189,7 +189,7 @@ impl Reducing<'_> {
         if !job.log(self.runs_folder).exists() {
             return Ok(Stored::Nothing);
         }
-        let mut passing = self.passing(job)?;
+        let mut passing = self.passing(job);
         let stored = job.stored(self.runs_folder, self.way.solver, &mut passing);
         match &stored {
             Stored::Whole(end) => self.passed(job, passing, end)?,
@@ -202,7 +202,7 @@ impl Reducing<'_> {
     fn of_run(&self, job: &Job, threads: Threads) -> Result<(), StudyError> {
         let &Reproduction { solver, fresh, watcher, .. } = self.way;
         let mut watched = watcher.run(job);
-        let mut both = (&mut *watched, self.passing(job)?);
+        let mut both = (&mut *watched, self.passing(job));
         let stop = || watcher.is_stopped();
         let outcome = job.make(self.runs_folder, solver, fresh, threads, &stop, &mut both);
         let passing = both.1;
@@ -221,7 +221,7 @@ impl Reducing<'_> {
         Ok(())
     }
 
-    fn passing(&self, job: &Job) -> Result<Passing, StudyError> {
+    fn passing(&self, job: &Job) -> Passing {
         self.reduction.passing(&job.name, job.header(self.way.solver), job.scenario.clone())
     }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use asperity_figures::draw::Gathering;
-use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::Summary;
@@ -19,7 +19,7 @@ use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::run_data::Collector;
 use asperity_record::{Cell, Event, Observer, Record, RunEnd, RunHeader};
 use asperity_report::{Figure, Limits, PageCollector, Run, Study as Page};
-use asperity_tables::table_files::{self, LoadTable};
+use asperity_tables::table_files::{self, PassingTable};
 use asperity_tables::{Table, summaries, tables};
 
 use crate::error::StudyError;
@@ -96,24 +96,21 @@ struct Passed {
 pub struct Passing {
     /// Nodes at the times for which it asks must be given to it before [`Reduction::passed`].
     pub(crate) collector: Collector,
-    loads: LoadTable,
+    tables: [PassingTable<'static>; 2],
     page: PageCollector,
-    /// The first failure to write the load table.
-    written: Result<(), FileError>,
 }
 
 impl Observer for Passing {
     fn record(&mut self, record: &Record) {
         self.collector.record(record);
         self.page.record(record);
-        if let (Record::Step(record), Ok(())) = (record, &self.written) {
-            self.written = self.loads.push(record);
-        }
+        self.tables.iter_mut().for_each(|table| table.record(record));
     }
 
     fn event(&mut self, event: &Event) {
         self.collector.event(event);
         self.page.event(event);
+        self.tables.iter_mut().for_each(|table| table.event(event));
     }
 }
 
@@ -141,22 +138,20 @@ impl<'a> Reduction<'a> {
     }
 
     /// A run is about to go by, while it is made or out of its log.
-    ///
-    /// # Errors
-    /// If a table cannot be written.
-    pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Result<Passing, StudyError> {
-        let (contacts, steps) = (header.contacts(), header.steps);
+    pub fn passing(&self, run: &str, header: RunHeader, scenario: Scenario) -> Passing {
+        let (contacts, steps, parts) = (header.contacts(), header.steps, header.parts());
         let collector = Collector::new(run, header, scenario, self.pipeline.required_data(run));
-        let name = table_of(run, "load");
-        let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
+        let [loads, events] = ["load", tables::EVENTS].map(|what| table_of(run, what));
+        let loads = PassingTable::loads((&self.files, &self.tables, &loads), collector.both_ways());
+        let tables = [loads, PassingTable::events((&self.files, &self.tables, &events), parts)];
         let limits = Limits::of_runs(self.pipeline.runs.len());
         let page = PageCollector::new(steps, contacts, limits);
-        Ok(Passing { collector, loads, page, written: Ok(()) })
+        Passing { collector, tables, page }
     }
 
     /// Discards a run that turned out to be another one, without a trace.
     pub fn discard(&self, passing: Passing) {
-        passing.loads.discard(&self.files);
+        passing.tables.into_iter().for_each(|table| table.discard(&self.files));
     }
 
     /// Completes a run of this program: writes its tables, and draws the figures whose last run it was.
@@ -164,15 +159,18 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a file cannot be written, or the run lacks requested data.
     pub fn passed(&self, passing: Passing, end: &RunEnd) -> Result<(), StudyError> {
-        let Passing { collector, loads, page, written } = passing;
-        written.and_then(|()| loads.finish())?;
+        let Passing { collector, tables, page } = passing;
+        tables.into_iter().try_for_each(PassingTable::finish)?;
         let run = collector.finish(true, Some(end));
         let write = |table: Table| {
             table_files::write(&self.files, &self.tables, &table_of(&run.name, &table.name), table)
         };
         let json = self.tables.join(table_of(&run.name, summaries::JSON));
         summaries::write_json(&self.files, &json, &run.summary)?;
-        write(tables::ruptures(&run))?;
+        let name = table_of(&run.name, tables::RUPTURES);
+        let mut ruptures = PassingTable::ruptures((&self.files, &self.tables, &name), &run);
+        run.ruptures.iter().flatten().for_each(|rupture| ruptures.event(&Event::new(rupture.clone())));
+        ruptures.finish()?;
         let laws: Vec<(LengthLaw, PrecursorRules)> = self.pipeline.laws_of(&run.name).collect();
         if !laws.is_empty() {
             write(tables::precursor_ruptures(&run, &laws))?;
@@ -180,7 +178,6 @@ impl<'a> Reduction<'a> {
         if self.pipeline.slow_slip.contains(&run.name) {
             write(tables::slow_slip(&run)?)?;
         }
-        write(tables::events(&run))?;
         let mut residuals = BTreeMap::new();
         for (index, spec) in self.pipeline.precursors.iter().enumerate() {
             if spec.run == run.name {

@@ -41,8 +41,8 @@ impl Format {
 
 /// A table's file that is being written.
 pub(crate) trait TableWriter {
-    /// Adds the rows of a table.
-    fn write(&mut self, table: &Table) -> io::Result<()>;
+    /// Adds the rows of a table; Parquet takes them out of it, so that they are in memory once.
+    fn write(&mut self, table: &mut Table) -> io::Result<()>;
 
     /// Ends the file. `about` describes the source of the rows, as names and texts, for formats that have a place
     /// for it.

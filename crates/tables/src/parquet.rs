@@ -34,7 +34,7 @@ impl Parquet {
         start_threads().map_err(io::Error::other)?;
         let out = UntilRefused::new(file);
         let refusal = out.refusal();
-        let writer = frame(&Table::new("", table.columns.clone()))
+        let writer = frame(&mut Table::new("", table.columns.clone()))
             .and_then(|empty| ParquetWriter::new(BufWriter::new(out)).batched(empty.schema()))
             .map_err(|error| in_words(&refusal, error))?;
         let of_columns = |text: fn(&asperity_record::Column) -> Option<&str>| {
@@ -57,7 +57,7 @@ impl Parquet {
 }
 
 impl TableWriter for Parquet {
-    fn write(&mut self, table: &Table) -> io::Result<()> {
+    fn write(&mut self, table: &mut Table) -> io::Result<()> {
         let written = frame(table).and_then(|frame| self.writer.write_batch(&frame));
         written.map_err(|error| in_words(&self.refusal, error))
     }
@@ -68,11 +68,12 @@ impl TableWriter for Parquet {
     }
 }
 
-/// Rows as a polars table.
-fn frame(table: &Table) -> PolarsResult<DataFrame> {
-    let column = |(column, values): (&asperity_record::Column, &Values)| {
+/// Rows as a polars table, out of which it takes them column by column.
+fn frame(table: &mut Table) -> PolarsResult<DataFrame> {
+    let rows = table.rows();
+    let column = |(column, values): (&asperity_record::Column, Values)| {
         let name = column.name.as_ref().into();
-        Column::from(match values {
+        Column::from(match &values {
             Values::Counts(values) => Series::new(name, values),
             Values::Steps(values) => Series::new(name, values),
             Values::Numbers(values) => Series::new(name, values),
@@ -82,7 +83,8 @@ fn frame(table: &Table) -> PolarsResult<DataFrame> {
             }
         })
     };
-    DataFrame::new(table.rows(), table.columns.iter().zip(table.values()).map(column).collect())
+    let values = table.take();
+    DataFrame::new(rows, table.columns.iter().zip(values).map(column).collect())
 }
 
 /// The reason of a failure: the system's, if it refused a write, otherwise the library's.
@@ -162,8 +164,8 @@ mod tests {
                 let (step, count, flag) = (Cell::Step(u64::MAX), Cell::Count(u32::MAX), Cell::Flag(true));
                 table.push([step, number(), count, number(), number(), Cell::Empty, number(), flag]);
             }
-            writer.write(&table).unwrap();
-            table.clear();
+            writer.write(&mut table).unwrap();
+            table.take();
         }
         let (scenario_hash, code_version) = ("5c".to_owned(), "c0de".to_owned());
         let header = RunHeader { scenario_hash, code_version, time_step_s: 1e-7, ..run_header() };

@@ -43,7 +43,7 @@ fn blocks(
 }
 
 /// A step record as a row of the table of [`step_columns`](crate::layout::step_columns).
-pub(crate) fn step(table: &mut Table, record: &StepRecord, parts: StepParts) {
+pub(crate) fn step(record: &StepRecord, parts: StepParts) -> Vec<Cell> {
     let mut row = vec![
         Cell::Step(record.step),
         Cell::Number(record.time_s),
@@ -65,7 +65,7 @@ pub(crate) fn step(table: &mut Table, record: &StepRecord, parts: StepParts) {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
         row.extend([breaks, repins].map(Cell::Step));
     }
-    table.push(row);
+    row
 }
 
 pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, parts: StepParts) {

@@ -211,7 +211,7 @@ impl RunTables {
                     ));
                 }
                 if let Some(table) = self.table(STEP, record.time_s) {
-                    rows::step(table, record, parts);
+                    table.push(rows::step(record, parts));
                 }
                 if let Some(table) = self.table(SWITCH, record.time_s) {
                     record.switches.iter().for_each(|switch| rows::switch(table, record, switch, parts));

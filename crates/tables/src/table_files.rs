@@ -3,17 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::{FileError, FileSet};
-use asperity_record::StepRecord;
+use asperity_numbers::run_data::RunData;
+use asperity_record::{
+    Cell, CellValue, Column, Event, EventKind, Observer, Parts, Record, Rupture, SlipEvent,
+};
 
 use crate::format::{Format, TableWriter};
-use crate::layout::{STEP, StepParts, step_columns};
+use crate::layout::{StepParts, step_columns};
 use crate::rows;
 use crate::table::Table;
+use crate::tables::rupture_columns;
 
-/// The formats of the tables that runs are reduced to.
+/// The formats of the tables that runs are reduced to; Parquet comes last, since it takes the rows.
 const REDUCED: [Format; 2] = [Format::Csv, Format::Parquet];
 
-/// Rows of the table of loads that are in memory at a time: those that polars puts into a row group.
+/// Rows of a table that are in memory at a time: those that polars puts into a row group.
 const GROUP_ROWS: usize = 512 * 512;
 
 /// The files of a table that is being written, each with the same rows.
@@ -61,11 +65,11 @@ impl TableFiles {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&mut self, table: &mut Table) -> Result<(), FileError> {
+        self.rows += table.rows() as u64;
         for (path, writer) in &mut self.writers {
             writer.write(table).map_err(FileError::io(path))?;
         }
-        self.rows += table.rows() as u64;
-        table.clear();
+        table.take();
         Ok(())
     }
 
@@ -103,49 +107,91 @@ pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
     REDUCED.map(|format| folder.join(format!("{name}.{}", format.extension())))
 }
 
-/// The load curve of a run as such a table, a row per step record, written while these pass.
-pub struct LoadTable {
-    parts: StepParts,
+/// The files of such a table that are to be begun: their set, folder and name.
+type Begun<'a> = (&'a FileSet, &'a Path, &'a str);
+
+/// Such a table with a row for some records or events, written while these pass: as many rows as a row group are in
+/// memory.
+pub struct PassingTable<'r> {
     table: Table,
-    files: TableFiles,
+    /// Or the first failure to write.
+    files: Result<TableFiles, FileError>,
+    row: Box<RowOf<'r>>,
 }
 
-impl LoadTable {
-    /// Begins it. If the drive pulls both ways, its sum means little, so the forces on both ends are written as well.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
-    pub fn begin(
-        files: &FileSet,
-        folder: &Path,
-        name: &str,
-        both_ways: bool,
-    ) -> Result<LoadTable, FileError> {
-        let parts = StepParts { end_forces: both_ways, ..StepParts::default() };
-        let table = Table::new(STEP, step_columns(parts));
-        let files = TableFiles::begin(files, folder, name, &REDUCED, &table)?;
-        Ok(LoadTable { parts, table, files })
+/// The row of a record or of an event, if it has one.
+type RowOf<'r> = dyn Fn(Option<&Record>, Option<&Event>) -> Option<Vec<Cell>> + Send + 'r;
+
+impl<'r> PassingTable<'r> {
+    fn begin(begun: Begun<'_>, columns: Vec<Column>, row: Box<RowOf<'r>>) -> PassingTable<'r> {
+        let ((files, folder, name), table) = (begun, Table::new(begun.2.to_owned(), columns));
+        PassingTable { files: TableFiles::begin(files, folder, name, &REDUCED, &table), table, row }
     }
 
-    /// Adds the row of a step record.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
-    pub fn push(&mut self, record: &StepRecord) -> Result<(), FileError> {
-        rows::step(&mut self.table, record, self.parts);
-        if self.table.rows() == GROUP_ROWS { self.files.write(&mut self.table) } else { Ok(()) }
+    /// The load curve of a run, a row per step record. If the drive pulls both ways, its sum means little, so the forces
+    /// on both ends are written as well.
+    pub fn loads(begun: Begun<'_>, both_ways: bool) -> PassingTable<'r> {
+        let parts = StepParts { end_forces: both_ways, ..StepParts::default() };
+        let row = move |record: &Record| match record {
+            Record::Step(record) => Some(rows::step(record, parts)),
+            _ => None,
+        };
+        PassingTable::begin(begun, step_columns(parts), Box::new(move |record, _| row(record?)))
+    }
+
+    /// The raw event table of a run with these parts, one row per slip event: the columns of [`SlipEvent`] that the run
+    /// has, of which a test pins the first seven.
+    pub fn events(begun: Begun<'_>, run: Parts) -> PassingTable<'r> {
+        let kind = EventKind::of::<SlipEvent>().with(run);
+        let columns = kind.columns();
+        let row = move |event: &Event| Some(kind.cells_of(event.get::<SlipEvent>()?));
+        PassingTable::begin(begun, columns, Box::new(move |_, event| row(event?)))
+    }
+
+    /// The rupture table, one row per rupture, in the order in which they became certain: the columns of [`Rupture`] that
+    /// the run has, the slip event in which each began, and whether the slip events of this run are reliable, by its
+    /// summary.
+    pub fn ruptures(begun: Begun<'_>, run: &'r RunData) -> PassingTable<'r> {
+        let kind = EventKind::of::<Rupture>().with(run.header.parts());
+        let of_run = [run.summary.creeps, run.summary.raw_events_mislead].map(CellValue::cell);
+        let row = move |rupture: &Rupture| {
+            let event = run.slip_steps.event_at(rupture.onset_step).map(|(event, _)| event).cell();
+            [kind.cells_of(rupture), vec![event], of_run.to_vec()].concat()
+        };
+        let columns = rupture_columns(run.header.parts());
+        PassingTable::begin(begun, columns, Box::new(move |_, event| event?.get().map(&row)))
+    }
+
+    fn pass(&mut self, record: Option<&Record>, event: Option<&Event>) {
+        (self.row)(record, event).into_iter().for_each(|row| self.table.push(row));
+        if self.table.rows() == GROUP_ROWS {
+            if let Err(error) = self.files.as_mut().map_or(Ok(()), |files| files.write(&mut self.table)) {
+                self.files = Err(error);
+            }
+            self.table.take();
+        }
     }
 
     /// Writes the last rows.
     ///
     /// # Errors
-    /// If a file cannot be written.
+    /// If a file could not be written.
     pub fn finish(mut self) -> Result<(), FileError> {
-        self.files.finish(&mut self.table, &[]).map(drop)
+        self.files?.finish(&mut self.table, &[]).map(drop)
     }
 
     /// Discards the table, as if it had never been begun.
     pub fn discard(self, files: &FileSet) {
-        self.files.writers.iter().for_each(|(path, _)| files.discard(path));
+        self.files.iter().flat_map(|own| &own.writers).for_each(|(path, _)| files.discard(path));
+    }
+}
+
+impl Observer for PassingTable<'_> {
+    fn record(&mut self, record: &Record) {
+        self.pass(Some(record), None);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.pass(None, Some(event));
     }
 }

@@ -6,7 +6,7 @@ use asperity_numbers::precursors::{self, Precursor, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
 use asperity_numbers::slow_slip::{SlowSlip, slow_slips};
-use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture, SlipEvent};
+use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture};
 
 use crate::layout::{count, flag, number, ratio, step, word};
 use crate::table::{ColumnOf, Table};
@@ -54,30 +54,7 @@ fn of_run<T>(run: &RunData, name: &'static str, rows: &[T], columns: &[ColumnOf<
     Table::of(name, rows, &there.cloned().collect::<Vec<_>>())
 }
 
-/// The raw event table, one row per slip event: the columns of [`SlipEvent`] that the run has, of which a
-/// test pins the first seven.
-pub fn events(run: &RunData) -> Table {
-    let kind = EventKind::of::<SlipEvent>().with(run.header.parts());
-    let mut table = Table::new(EVENTS, kind.columns());
-    run.slips.iter().for_each(|slip| table.push(kind.cells_of(slip)));
-    table
-}
-
-/// The rupture table, one row per rupture, in the order in which they became certain:
-/// the columns of [`Rupture`] that the run has, the slip event in which each began, and whether the slip
-/// events of this run are reliable, by its summary. Without rows where the log has no ruptures.
-pub fn ruptures(run: &RunData) -> Table {
-    let kind = EventKind::of::<Rupture>().with(run.header.parts());
-    let mut table = Table::new(RUPTURES, rupture_columns(run.header.parts()));
-    for rupture in run.ruptures.iter().flatten() {
-        let event = run.event_of(rupture).map(|slip| slip.event).cell();
-        let of_run = [run.summary.creeps, run.summary.raw_events_mislead].map(CellValue::cell);
-        table.push(kind.cells_of(rupture).into_iter().chain([event]).chain(of_run));
-    }
-    table
-}
-
-/// The columns of [`ruptures`], of a run with these parts.
+/// The columns of the rupture table of a run with these parts.
 pub fn rupture_columns(parts: Parts) -> Vec<Column> {
     let event = step("event", "Number of the slip event in which the rupture began.");
     [EventKind::of::<Rupture>().with(parts).columns(), vec![event, CREEPS, MISLEAD]].concat()
@@ -115,7 +92,7 @@ pub fn precursor_ruptures(run: &RunData, laws: &[(LengthLaw, PrecursorRules)]) -
             (FT_FN_LAW, &|row| beside_law(run, row.1.predicted)),
             (RESIDUAL, &|row| beside_law(run, row.1.ft_fn - row.1.predicted)),
             (step("event", "Number of the slip event in which it began."), &|row| {
-                run.event_of(row.0).map(|slip| slip.event).cell()
+                run.slip_steps.event_at(row.0.onset_step).map(|(event, _)| event).cell()
             }),
             (CREEPS, &|_| summary.creeps.cell()),
             (MISLEAD, &|_| summary.raw_events_mislead.cell()),

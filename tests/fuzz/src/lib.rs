@@ -298,7 +298,7 @@ pub fn tables(script: &[u8]) {
     if let Ok(read) = read_once(&path, &[], begin, accept) {
         let run = read.observer.finish(read.has_ruptures, read.checked.seen.end.as_ref());
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
-        drop(asperity_tables::tables::events(&run));
+        drop(asperity_tables::tables::precursor_ruptures(&run, &[(LengthLaw::Linear, rules)]));
         drop(asperity_tables::tables::residuals(&run, LengthLaw::Linear, &rules).expect("all is kept"));
         drop(asperity_tables::tables::precursors(&run, LengthLaw::Tilted, &rules).expect("all is kept"));
     }

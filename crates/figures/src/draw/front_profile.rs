@@ -119,7 +119,8 @@ fn local(arrivals: &[Arrival], rupture: &Rupture, beginning: u32, c_m_per_s: f64
 /// of a slider that nothing has moved yet. Where no front is driven there is no number.
 fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture) -> Vec<(f64, f64)> {
     let plan = &run.plan;
-    let at_onset = run.event_of(rupture).and_then(|slip| states.at_precursor_onset(slip.onset_step));
+    let slip = run.slip_steps.event_at(rupture.onset_step);
+    let at_onset = slip.and_then(|(_, onset)| states.at_precursor_onset(onset));
     let prestress = |n: usize| match at_onset {
         Some(state) => {
             // Over the load of the start; of this contact, where the state gives it.
@@ -147,6 +148,8 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
 mod tests {
     use super::{Figure, FrontProfile, Pen, relative_prestress};
     use crate::draw::sheet::{INK, Marker, Shape, Sheet};
+    use std::sync::Arc;
+
     use asperity_record::FieldRecord;
     use asperity_testkit::made_up;
 
@@ -224,7 +227,8 @@ mod tests {
         );
         // Twice the load of block 2 in a state, and the force that is as far from the threshold there.
         let onset = run.ruptures.as_ref().unwrap()[0].onset_step;
-        run.run.slips = vec![asperity_testkit::slip_event(onset, 1000, 1..=3)];
+        run.run.slip_steps = Default::default();
+        Arc::make_mut(&mut run.run.slip_steps).push(&asperity_testkit::slip_event(onset, 1000, 1..=3));
         let relative = relative_prestress(&run.plan, 0).unwrap();
         let factor = |n: usize| if n == 1 { 2.0 } else { 1.0 };
         let friction = &run.plan.friction;

@@ -22,7 +22,7 @@ use crate::spec::{Measured, MeasuredFile};
 keys! {
     Lengths: series;
 
-    /// What counts: ruptures, as in all numbers of a run, or slip events, as in the thesis. Where a slider creeps, one slip
+    /// What counts: by default ruptures, as in all numbers of a run, or slip events, as in the thesis. Where a slider creeps, one slip
     /// event may reach across it that is made of many ruptures.
     #[serde(default)]
     of: Of,

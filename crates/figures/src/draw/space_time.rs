@@ -39,7 +39,7 @@ keys! {
     rupture: Option<u64>,
     /// The rupture to zoom to, where `rupture` gives no number.
     which: Option<RuptureSelector>,
-    /// How places along the slider are counted; a slider of one block has its number.
+    /// How places along the slider are counted, by default in mm; a slider of one block has its number.
     #[serde(default)]
     place: Place,
     /// Whether to show recorded velocities alone. Otherwise those of a rupture, or of a part between `from_s` and `to_s` of at

@@ -162,7 +162,7 @@ kinds! {
     "sizes" sizes: sizes::Sizes,
     /// Distribution of the times between ruptures, with a fitted law.
     "recurrence" recurrence: recurrence::Recurrence,
-    /// How many ruptures have at least a magnitude, with the law of Gutenberg and Richter where its test does not reject it.
+    /// How many ruptures have at least a magnitude, with the law of Gutenberg and Richter unless its test rejects it.
     "magnitudes" magnitudes: magnitudes::Magnitudes,
     /// How many ruptures there are of each moment, in intervals of its logarithm.
     "moments" moments: moments::Moments,

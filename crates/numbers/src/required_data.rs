@@ -52,8 +52,8 @@ pub enum RuptureSelector {
     Widest,
 }
 
-/// A rupture, or a part of a run, at times that lie evenly between its onset and its end, for which the states of all nodes are
-/// wanted: they are known only once the run has passed.
+/// A rupture, or a part of a run, at times that lie evenly between its onset and its end, for which the states of all
+/// nodes are wanted: they are known only once the run has passed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     /// The number of the rupture.

@@ -22,8 +22,8 @@ use crate::spec::{Measured, MeasuredFile};
 keys! {
     Lengths: series;
 
-    /// What counts: by default ruptures, as in all numbers of a run, or slip events, as in the thesis. Where a slider creeps, one slip
-    /// event may reach across it that is made of many ruptures.
+    /// What counts: by default ruptures, as in all numbers of a run, or slip events, as in the thesis. Where a slider
+    /// creeps, one slip event may reach across it that is made of many ruptures.
     #[serde(default)]
     of: Of,
     /// The law drawn as a line; slabs, sheets and bodies have none.
@@ -47,8 +47,8 @@ enum Of {
 }
 
 impl Of {
-    /// Precursors and the global slip that ends the list: the step of the onset, the load there, the farthest column, and how
-    /// many contacts slid.
+    /// Precursors and the global slip that ends the list: the step of the onset, the load there, the farthest column,
+    /// and how many contacts slid.
     fn found(self, run: &RunData) -> Result<Vec<(u64, f64, u32, u32)>, String> {
         let of_rupture = |of: &Rupture| (of.onset_step, of.ft_fn_onset, of.last_block, of.slipped());
         let of_slip =
@@ -208,7 +208,7 @@ mod tests {
     /// The laws are those of chains by whose friction blocks stick.
     #[test]
     fn a_slab_has_marks_and_no_line() {
-        let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
+        let slab = "file = 'f.png'\nof = 'slip-events'\nseries = [{ run = 'slab', label = 'a slab' }";
         let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
         assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
         assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);

@@ -1,4 +1,4 @@
-//! How many ruptures have at least a magnitude, with the law of Gutenberg and Richter where its test does not reject it.
+//! How many ruptures have at least a magnitude, with the law of Gutenberg and Richter unless its test rejects it.
 
 use asperity_numbers::catalogue::moment_magnitude;
 use asperity_numbers::distributions::survival;

@@ -30,8 +30,8 @@ impl Course {
 
     /// The last step in which the value jumps.
     pub fn last_jump(&self) -> Option<u64> {
-        let jumps = self.knots.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
-        jumps.last().map(|pair| pair[0].0)
+        let mut jumps = self.knots.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
+        jumps.next_back().map(|pair| pair[0].0)
     }
 
     /// The step from which the knots count; `None` while it is unknown.

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::binary::{names, outcome, succeed, text, with_sets};
+use crate::support::clients::file;
 use crate::support::small;
 
 /// The exit code, and the output on both streams.
@@ -109,6 +110,25 @@ fn a_figure_has_the_bytes_of_a_pipeline() {
         }
     }
     assert_eq!(names(folder.path()).len(), 2 + 1 + 9);
+}
+
+/// No window is recorded: the velocities of a rupture of a chain are computed, unless another version made the log.
+#[test]
+fn a_rupture_has_velocities_without_a_window() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("mine.mcap");
+    small::run(&log);
+    let drawn = |log: &Path, more: &[&str]| {
+        let out = folder.path().join("map.svg");
+        let words = [text(log), "--kind", "space-time", "--force", "-o", text(&out)];
+        let (_, _, err) = draw(&with_sets(&words, more));
+        (fs::read_to_string(&out).expect("it is drawn").contains("|v_n| (m/s)"), err)
+    };
+    assert!(drawn(&log, &["which=widest"]).0);
+    assert!(!drawn(&log, &["which=widest", "recorded_only=true"]).0);
+    assert!(!drawn(&log, &[]).0);
+    let (has_velocities, err) = drawn(&file("fixtures/logs/interrupted.mcap"), &["which=widest"]);
+    assert!(!has_velocities && err.contains("no states are computed: "), "{err}");
 }
 
 /// Errors in the arguments are reported before the log is read.

@@ -103,7 +103,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
     let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, &[], begin, accept)?;
-    add_nodes(run, &checked, &mut collector)?;
+    let without_nodes = add_nodes(run, &checked, &mut collector).err();
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let mut drawn: Vec<PathBuf> = Vec::new();
     let mut lacking = Vec::new();
@@ -114,11 +114,12 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
             Err(FigureError::File(error)) => return Err(not_written(error)),
             // This run may lack data that most runs have.
             Err(error) if named.is_empty() => lacking.push(error),
-            Err(error) => return Err(Failure::failed(error)),
+            Err(error) => return Err(Failure::failed(without_nodes.unwrap_or_else(|| error.to_string()))),
         }
     }
     board.reached("figures", figures.len(), figures.len());
     lacking.iter().for_each(|error| board.line(&format!("{}: not drawn: {error}", run.display())));
+    without_nodes.iter().for_each(|error| board.line(&format!("no states are computed: {error}")));
     files.publish().map_err(not_written)?;
     drawn.iter().try_for_each(|path| say(path.display()))?;
     verdict_exit::finish(run, &checked, board)
@@ -164,12 +165,15 @@ fn target(run: &Path, out: Option<&Path>, kinds: &[Kind]) -> Result<Target, Fail
 }
 
 /// Adds all nodes of a lattice at the times that figures show: no log has them, and they are computed again.
-fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result<(), Failure> {
+///
+/// # Errors
+/// In words, why they are not. Whether a figure can be drawn without them it says itself.
+fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result<(), String> {
     let at_s = collector.nodes_at_s();
     if at_s.is_empty() {
         return Ok(());
     }
-    let failed = |error| Failure::failed(format!("{}: {error}", run.display()));
+    let failed = |error| format!("{}: {error}", run.display());
     let mut nodes = Nodes::of_log(run, checked.seen.last_step, &at_s).map_err(failed)?;
     while let Some(state) = nodes.next_state().map_err(failed)? {
         collector.nodes(state);

@@ -202,7 +202,10 @@ fn export_one(
     // step, which only the check knows.
     let mut nodes = match &arguments.nodes_at_s[..] {
         [] => None,
-        at_s => Some(Nodes::of_log(run, checked.seen.last_step, at_s).map_err(without_nodes(run, &checked))?),
+        at_s => {
+            let nodes = Nodes::of_log(run, checked.seen.last_step, at_s).and_then(Nodes::of_lattice);
+            Some(nodes.map_err(without_nodes(run, &checked))?)
+        }
     };
     while let Some(state) =
         nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
@@ -314,6 +317,7 @@ fn vtk(
         return Err(verdict_exit::failure(run, &checked));
     }
     let nodes = Nodes::of_log(run, checked.seen.last_step, &arguments.nodes_at_s);
+    let nodes = nodes.and_then(Nodes::of_lattice);
     let mut nodes = nodes.map_err(without_nodes(run, &checked))?;
     let parts = ["nodes", "contacts"];
     let name = |part: &str, rest: &str| format!("{}.{part}.{rest}", request.name);

@@ -24,6 +24,7 @@ mod lengths;
 mod lines;
 mod load;
 mod load_ruptures;
+mod magnitudes;
 mod measured;
 mod moment_duration;
 mod moment_rates;
@@ -161,6 +162,8 @@ kinds! {
     "sizes" sizes: sizes::Sizes,
     /// Distribution of the times between ruptures, with a fitted law.
     "recurrence" recurrence: recurrence::Recurrence,
+    /// How many ruptures have at least a magnitude, with the law of Gutenberg and Richter unless its test rejects it.
+    "magnitudes" magnitudes: magnitudes::Magnitudes,
     /// How many ruptures there are of each moment, in intervals of its logarithm.
     "moments" moments: moments::Moments,
     /// Moment of ruptures against their duration, with lines of the slopes 1, 2 and 3 through the medians.

@@ -2,9 +2,9 @@
 //!
 //! To add one: a function and an entry.
 
-use asperity_model::Evolution;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_model::theory::front::{Front, relative_prestress};
+use asperity_model::{Course, Evolution};
 use asperity_record::WindowRecord;
 
 use crate::curve::{Against, Curve, CurveKeys, Role, curves};
@@ -404,10 +404,9 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     };
     let mut course: Vec<[f64; 4]> = run.windows()?.iter().filter_map(of).collect();
     course.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let (Some(&[_, start_m, before, _]), Some(&[_, end_m, after, _])) = (course.first(), course.last())
-    else {
+    if course.is_empty() {
         return Err(lacks(&format!("dense window with block {block}")));
-    };
+    }
     if keys.against == Against::Velocity {
         let forward = course.iter().filter(|at| at[2] > 0.0);
         let measured: Vec<(f64, f64)> = forward.map(|at| (at[2], at[3])).collect();
@@ -420,6 +419,12 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         let steady = Curve::new(Role::Static, "steady sliding", ends.map(steady).into());
         return Ok(vec![Curve::new(Role::Measured, "", measured), steady]);
     }
+    // Slip counts from the last record before the drive's step, as the closed form does, wherever the window begins.
+    let jump = run.plan.drive.course.as_ref().and_then(Course::last_jump);
+    let before_step =
+        course.partition_point(|at| jump.is_some_and(|step| at[0] < run.plan.grid.time_s(step)));
+    let course = &course[before_step.saturating_sub(1)..];
+    let ([_, start_m, before, _], [_, end_m, after, _]) = (course[0], course[course.len() - 1]);
     let slips = |m: f64| (m - start_m) / law.critical_slip_m;
     let theory = |n: u32| {
         let slip = slips(end_m) * f64::from(n) / f64::from(POINTS);
@@ -448,6 +453,7 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
 
 #[cfg(test)]
 mod tests {
+    use asperity_model::Course;
     use asperity_record::WindowRecord;
 
     use crate::curve::{NamedCurves, Role};
@@ -524,6 +530,19 @@ mod tests {
         near(measured[1], (1e-5, 0.6));
         near(theory[0], (1e-6, 0.6));
         near(theory[1], (1e-5, steady));
+    }
+
+    /// A window that begins long before the step shows the same from the step on.
+    #[test]
+    fn slip_counts_from_the_step_of_the_drive() {
+        let mut run = step("slip");
+        let expected = friction("slip", 2, &run).unwrap();
+        let early = WindowRecord { time_s: 0.0, displacement_m: vec![-3e-5], ..run.windows[1].clone() };
+        run.windows.push(early);
+        assert_ne!(friction("slip", 2, &run).unwrap(), expected);
+        let steps = vec![run.plan.grid.nearest_step(1.5); 2];
+        run.plan.drive.course = Some(Course::new(1e-6, steps, vec![1e-6, 1e-5], false));
+        assert_eq!(friction("slip", 2, &run).unwrap(), expected);
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub struct RequiredData {
     pub nodes_at_s: Vec<f64>,
     /// Where all nodes were at times while ruptures ran.
     pub films: Vec<Film>,
+    /// How fast contacts were at such times, of chains as well: no record has this either.
+    pub velocities: Vec<Film>,
     /// The states at the onsets of precursors, beside those at their ends.
     pub precursor_onsets: bool,
 }
@@ -50,8 +52,8 @@ pub enum RuptureSelector {
     Widest,
 }
 
-/// A rupture at times that lie evenly between its onset and its end, for which the states of all nodes are
-/// wanted: they are known only once the run has passed.
+/// A rupture, or a part of a run, at times that lie evenly between its onset and its end, for which the states of all
+/// nodes are wanted: they are known only once the run has passed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     /// The number of the rupture.
@@ -62,6 +64,8 @@ pub struct Film {
     pub count: u32,
     /// The end of the last span, s after the onset; by default that of the rupture.
     pub until_s: Option<f64>,
+    /// In place of a rupture two times of the run, s.
+    pub between_s: Option<[f64; 2]>,
 }
 
 impl RequiredData {
@@ -89,6 +93,7 @@ impl RequiredData {
             precursor_onsets: false,
             nodes_at_s: Vec::new(),
             films: Vec::new(),
+            velocities: Vec::new(),
         }
     }
 
@@ -130,6 +135,7 @@ impl BitOrAssign for RequiredData {
         self.precursor_onsets |= other.precursor_onsets;
         self.nodes_at_s.extend(other.nodes_at_s);
         self.films.extend(other.films);
+        self.velocities.extend(other.velocities);
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
         self.displacements |= other.displacements;

@@ -93,6 +93,9 @@ pub struct RunEvents {
     pub switches: Vec<Option<[Switched; 2]>>,
 }
 
+/// The window that states belong to which no log has.
+pub const COMPUTED: u32 = u32::MAX;
+
 /// The data kept of a run: [`RunEvents`], and the parts of its records named by [`RequiredData`].
 #[derive(Debug, Clone)]
 pub struct RunData {
@@ -114,6 +117,9 @@ pub struct RunData {
     pub arrivals: Vec<Arrival>,
     /// See [`RunData::nodes_at()`] and [`RunData::film()`].
     pub nodes: Vec<NodeState>,
+    /// The velocities of all contacts in the states that were computed again, by step, if asked for; nothing else of
+    /// these states.
+    pub velocities: Vec<WindowRecord>,
 }
 
 impl Deref for RunData {
@@ -374,6 +380,7 @@ impl Collector {
             detachments: Vec::new(),
             arrivals: Vec::new(),
             nodes: Vec::new(),
+            velocities: Vec::new(),
         };
         Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX }
     }
@@ -439,20 +446,36 @@ impl Collector {
     }
 
     /// The times at which all nodes of a lattice are wanted, s: no record has them, so the caller, once the run
-    /// has passed, computes them and passes them to [`Collector::nodes`]. None for a chain.
+    /// has passed, computes them and passes them to [`Collector::nodes`]. For a chain those of velocities alone.
     pub fn nodes_at_s(&self) -> Vec<f64> {
         let RunData { run, kept, .. } = &self.run;
-        if run.plan.elastic.as_chain().is_some() {
-            return Vec::new();
-        }
         // Of a rupture that the run lacks the figure says so.
-        let of_films = kept.films.iter().filter_map(|film| film.times_s(run).ok()).flatten();
-        kept.nodes_at_s.iter().copied().chain(of_films).collect()
+        let of = |films: &[Film]| films.iter().filter_map(|film| film.times_s(run).ok()).flatten().collect();
+        let mut all: Vec<f64> = of(&kept.velocities);
+        if run.plan.elastic.as_chain().is_none() {
+            all.extend(kept.nodes_at_s.iter().copied().chain(of(&kept.films)));
+        }
+        all
     }
 
-    /// Takes the nodes at one of these times.
+    /// Takes the nodes at one of these times, of a later step than the last.
     pub fn nodes(&mut self, nodes: NodeState) {
-        self.run.nodes.push(nodes);
+        let RunData { run, kept, .. } = &self.run;
+        if !kept.velocities.is_empty() {
+            let contacts = run.plan.elastic.layout();
+            let of_axis = |axis: usize| {
+                let first = axis * nodes.lattice.nodes();
+                nodes.velocity_m_per_s[first..first + contacts.count() as usize].to_vec()
+            };
+            let velocity_across_m_per_s = if contacts.is_area() { of_axis(1) } else { Vec::new() };
+            let (step, time_s, velocity_m_per_s) = (nodes.step, nodes.time_s, of_axis(0));
+            let at =
+                WindowRecord { window: COMPUTED, step, time_s, first_block: 1, ..WindowRecord::default() };
+            self.run.velocities.push(WindowRecord { velocity_m_per_s, velocity_across_m_per_s, ..at });
+        }
+        if !(self.run.kept.nodes_at_s.is_empty() && self.run.kept.films.is_empty()) {
+            self.run.nodes.push(nodes);
+        }
     }
 
     /// Returns the data kept, given the source of its ruptures, and its end if known.

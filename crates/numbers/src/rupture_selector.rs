@@ -103,6 +103,9 @@ pub fn end_s(run: &RunEvents, rupture: &Rupture) -> f64 {
     rupture.end_s.unwrap_or_else(|| run.plan.grid.time_s(run.header.steps))
 }
 
+/// The longest part of a run, as a share of it, of which states are computed again.
+const LONGEST_PART: f64 = 0.02;
+
 impl Film {
     /// The rupture.
     ///
@@ -113,16 +116,24 @@ impl Film {
         found.ok_or_else(|| format!("run {} has no ruptures", run.name))
     }
 
-    /// The times, s: the middles of equal spans, because nothing moves at the very onset and at the end.
+    /// The times, s: the middles of equal spans, because nothing moves at the very onset and at the end. None of more
+    /// than [`LONGEST_PART`] of a run: a part that is named by its ends may be nearly all of it.
     ///
     /// # Errors
     /// In words, if the run has no such rupture.
     pub fn times_s(&self, run: &RunEvents) -> Result<Vec<f64>, String> {
-        let rupture = self.rupture(run)?;
-        let until_s = self.until_s.unwrap_or_else(|| end_s(run, rupture) - rupture.onset_s);
-        let share = |n: u32| (f64::from(n) + 0.5) / f64::from(self.count);
         // None after the last step.
         let last_s = run.plan.grid.time_s(run.header.steps);
-        Ok((0..self.count).map(|n| (rupture.onset_s + share(n) * until_s).min(last_s)).collect())
+        let (from_s, until_s) = match self.between_s {
+            Some([from_s, to_s]) if to_s - from_s > LONGEST_PART * last_s => return Ok(Vec::new()),
+            Some([from_s, to_s]) => (from_s, to_s - from_s),
+            None => {
+                let rupture = self.rupture(run)?;
+                let natural_s = || end_s(run, rupture) - rupture.onset_s;
+                (rupture.onset_s, self.until_s.unwrap_or_else(natural_s))
+            }
+        };
+        let share = |n: u32| (f64::from(n) + 0.5) / f64::from(self.count);
+        Ok((0..self.count).map(|n| (from_s + share(n) * until_s).min(last_s)).collect())
     }
 }

@@ -2,11 +2,11 @@
 
 use arrow_buffer::Buffer;
 use asperity_record::RunHeader;
-use asperity_run::{Field as States, NodeState, Quantity, Span};
+use asperity_run::{Field as States, NodeState, Quantity, Span, StatesError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::errors::refused;
+use crate::errors::{of_states, refused};
 use crate::memory::Memory;
 use crate::source::Source;
 use crate::tables::Table;
@@ -183,6 +183,9 @@ impl Field {
 /// Computes all nodes of a slab, a sheet or a body at a time.
 pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
     let state = source.nodes(py, &[t])?.pop().ok_or_else(|| refused("no time"))?;
+    if state.lattice.as_chain().is_some() {
+        return Err(of_states(StatesError::Chain));
+    }
     let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = state;
     let mut shape = vec![lattice.axes(), lattice.rows, lattice.lanes, lattice.columns];
     if lattice.lanes == 1 {

@@ -39,7 +39,7 @@ impl Nodes {
     /// gap. Each time is rounded to the nearest step.
     ///
     /// # Errors
-    /// If the log is not sound up to there, of a chain, or of another code version.
+    /// If the log is not sound up to there, or of another code version.
     pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let mut reader = RunReader::open(log, Topics::RECORDS)?;
         let header = reader.header().clone();
@@ -54,11 +54,19 @@ impl Nodes {
     /// Of a run without a log.
     ///
     /// # Errors
-    /// If it is of a chain, or has no such time.
+    /// If it has no such time.
     pub fn of_scenario(scenario: &Scenario, kind: SolverKind, at_s: &[f64]) -> Result<Nodes, StatesError> {
         let plan = Plan::new(scenario);
         let steps = within(&plan, steps_at(&plan, at_s)?, plan.steps)?;
         Ok(Nodes { plan: Arc::new(plan), kind, solver: None, last: None, steps, from: BTreeMap::new() })
+    }
+
+    /// These, if there are nodes besides the blocks of a chain.
+    ///
+    /// # Errors
+    /// If there are not.
+    pub fn of_lattice(self) -> Result<Nodes, StatesError> {
+        if self.plan.elastic.as_chain().is_some() { Err(StatesError::Chain) } else { Ok(self) }
     }
 
     /// The steps nearest to the times, ascending.
@@ -122,9 +130,6 @@ impl Nodes {
 
 /// The step nearest to each time, in descending order.
 fn steps_at(plan: &Plan, at_s: &[f64]) -> Result<Vec<u64>, StatesError> {
-    if plan.elastic.as_chain().is_some() {
-        return Err(StatesError::Chain);
-    }
     if let Some(at_s) = at_s.iter().copied().find(|at_s| at_s.is_nan() || *at_s < 0.0) {
         return Err(StatesError::Outside { at_s, last_s: plan.grid.time_s(plan.steps) });
     }

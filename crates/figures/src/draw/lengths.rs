@@ -6,11 +6,15 @@
 //! has a disc as well: the share of all contacts that slid, `A_p / A`, beside its length in columns.
 
 use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters};
-use asperity_numbers::precursors::{self, Precursor};
+use asperity_numbers::precursors::{self, Precursor, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{NotKept, RunData};
+use asperity_record::Rupture;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::kind::{Figure, keys, of_runs_in, overlaid};
+use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Marker, Pen, Point, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
@@ -18,6 +22,10 @@ use crate::spec::{Measured, MeasuredFile};
 keys! {
     Lengths: series;
 
+    /// What counts: by default ruptures, as in all numbers of a run, or slip events, as in the thesis. Where a slider
+    /// creeps, one slip event may reach across it that is made of many ruptures.
+    #[serde(default)]
+    of: Of,
     /// The law drawn as a line; slabs, sheets and bodies have none.
     law: Option<LengthLaw>,
     /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `F_T/F_N` and `L_p/L`,
@@ -25,6 +33,33 @@ keys! {
     pub(super) measured: Option<MeasuredFile>,
     /// What the legend calls them; by default the name of their file.
     measured_label: Option<String>,
+}
+
+/// What is taken for a precursor.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum Of {
+    /// A rupture.
+    #[default]
+    Ruptures,
+    /// A slip event.
+    SlipEvents,
+}
+
+impl Of {
+    /// Precursors and the global slip that ends the list: the step of the onset, the load there, the farthest column,
+    /// and how many contacts slid.
+    fn found(self, run: &RunData) -> Result<Vec<(u64, f64, u32, u32)>, String> {
+        let of_rupture = |of: &Rupture| (of.onset_step, of.ft_fn_onset, of.last_block, of.slipped());
+        let of_slip =
+            |of: Precursor<'_>| (of.start.onset_step, of.start.ft_fn_onset, of.last_block, of.blocks_slipped);
+        let ruptures = || precursors::among_ruptures(run, &PrecursorRules::default());
+        match self {
+            Of::SlipEvents => Ok(precursors::one_by_one(run).into_iter().map(of_slip).collect()),
+            Of::Ruptures if run.ruptures.is_none() => Err(no_ruptures(run)),
+            Of::Ruptures => Ok(ruptures().into_iter().map(of_rupture).collect()),
+        }
+    }
 }
 
 /// A law from no length to that of the slider, in so many steps: the load at each.
@@ -45,15 +80,16 @@ impl Figure for Lengths {
         let parameters = LengthLawParameters::of(&run.scenario);
         let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario));
         let law = law.map_or_else(Vec::new, |law| course(law, &parameters, 400));
-        let found = precursors::one_by_one(run);
-        let points: Vec<Point> =
-            found.iter().map(|found| (found.start.ft_fn_onset, found.length_ratio(run.columns()))).collect();
-        let area = |found: &Precursor<'_>| (found.start.ft_fn_onset, found.area_ratio(run.header.blocks));
+        let found = self.of.found(run)?;
+        let share = |part: u32, all: u32| f64::from(part) / f64::from(all);
+        let points: Vec<Point> = found.iter().map(|of| (of.1, share(of.2, run.columns()))).collect();
+        let from_steps = found.iter().map(|found| found.0).zip(points.iter().copied());
+        let area = |(_, load, _, count): &(_, _, _, u32)| (*load, share(*count, run.header.blocks));
         let areas = found.iter().filter(|_| run.of_one_row().is_none()).map(area).collect();
         let mut layers = vec![pen.called("").discs(areas)];
         let hold_step = run.plan.drive.hold_from_step;
         match hold_step {
-            Some(hold_step) => layers.extend(beside_hold(run, hold_step, &points, &law)?),
+            Some(hold_step) => layers.extend(beside_hold(run, hold_step, from_steps, &law)?),
             None => layers.push(pen.line(law)),
         }
         layers.retain(|layer| !layer.points().is_empty());
@@ -90,14 +126,12 @@ impl Figure for Lengths {
 fn beside_hold(
     run: &RunData,
     hold_step: u64,
-    points: &[Point],
+    precursors: impl Iterator<Item = (u64, Point)>,
     law: &[Point],
 ) -> Result<[Layer; 4], NotKept> {
     let loads = run.loads()?;
-    let found = precursors::one_by_one(run);
-    let (before, after): (Vec<_>, Vec<_>) =
-        found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
-    let marks = |found: Vec<(_, &Point)>| found.into_iter().map(|(_, point)| *point).collect();
+    let (before, after): (Vec<_>, Vec<_>) = precursors.partition(|(onset_step, _)| *onset_step < hold_step);
+    let marks = |found: Vec<(_, Point)>| found.into_iter().map(|(_, point)| point).collect();
     let at_hold = loads.partition_point(|load| load.step <= hold_step);
     let reached = at_hold.checked_sub(1).map_or(0.0, |index| loads[index].load_ratio());
     let end = law.partition_point(|(load, _)| *load <= reached);
@@ -142,7 +176,8 @@ mod tests {
         run.slips[0].last_block = 1;
         run.slips[1].last_block = 2;
         let figure: Lengths =
-            toml::from_str("file = 'f.png'\nseries = [{ run = 'a', label = 'A' }]").unwrap();
+            toml::from_str("file = 'f.png'\nof = 'slip-events'\nseries = [{ run = 'a', label = 'A' }]")
+                .unwrap();
         let part = figure.part(&run, Pen::nth(0, "A")).unwrap();
         let panel = figure.sheet(vec![part]).unwrap().panels.remove(0);
         let of = |is: fn(&Shape) -> bool| -> Vec<f64> {
@@ -155,10 +190,25 @@ mod tests {
         assert_eq!(panel.layers.last().unwrap().label, "discs: A_p/A");
     }
 
+    /// One slip event of a creeping slider contains two ruptures, of which the first one stops half-way.
+    #[test]
+    fn ruptures_count_unless_slip_events_are_asked_for() {
+        let mut run = made_up::run("", &[(100, 900, &[1, 2, 3])]);
+        made_up::with_ruptures(&mut run, &[&[(1, 100, Some(400)), (2, 200, Some(900))]]);
+        let lengths = |of: &str| -> Vec<f64> {
+            let toml = format!("file = 'f.png'\n{of}\nseries = [{{ run = 'a', label = 'A' }}]");
+            let figure: Lengths = toml::from_str(&toml).unwrap();
+            let part = figure.part(&run, Pen::nth(0, "A")).unwrap();
+            part.layers().flat_map(|layer| layer.points()).map(|(_, length)| length).collect()
+        };
+        assert_eq!(lengths("of = 'slip-events'"), [1.0]);
+        assert_eq!(lengths(""), [2.0 / 3.0]);
+    }
+
     /// The laws are those of chains by whose friction blocks stick.
     #[test]
     fn a_slab_has_marks_and_no_line() {
-        let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
+        let slab = "file = 'f.png'\nof = 'slip-events'\nseries = [{ run = 'slab', label = 'a slab' }";
         let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
         assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
         assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);

@@ -333,7 +333,18 @@ mod tests {
         let check = |name: &str, set: &str| kind(name).check(&[set.to_owned()]);
         assert_eq!(
             kind("space-time").keys(),
-            ["from_block", "from_s", "rupture", "title", "to_block", "to_s", "which", "width_mm"]
+            [
+                "from_block",
+                "from_s",
+                "place",
+                "recorded_only",
+                "rupture",
+                "title",
+                "to_block",
+                "to_s",
+                "which",
+                "width_mm"
+            ]
         );
         check("space-time", "which=longest-precursor").unwrap();
         check("space-time", "from_s=1e-3").unwrap();
@@ -342,11 +353,11 @@ mod tests {
         let refused = [
             ("space-time", "from_s=soon", "from_s=soon: invalid type: string \"soon\""),
             ("space-time", "which=widst", "which=widst: unknown variant `widst`"),
-            ("space-time", "run=b", "have no such key (accepted: from_block, from_s"),
+            ("space-time", "run=b", "have no such key (accepted: from_block, from_s, place"),
             (
                 "lengths",
                 "over=[]",
-                "have no such key (accepted: law, measured, measured_label, title, width_mm)",
+                "have no such key (accepted: law, measured, measured_label, of, title, width_mm)",
             ),
             ("load", "measured=none.csv", "measured = \"none.csv\" cannot be read: "),
             ("load", "width_mm=3", "figure load.png: width_mm = 3 is not accepted (accepted: 40 to 400)"),

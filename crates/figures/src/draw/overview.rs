@@ -9,6 +9,7 @@ use asperity_numbers::text;
 use super::kind::{Figure, keys, of_one_run};
 use super::scale::number;
 use super::sheet::{Layout, Pen, Sheet};
+use super::space_time::Place;
 use super::{load_ruptures, recurrence, sizes, space_time};
 
 keys! {
@@ -32,7 +33,7 @@ impl Figure for Overview {
         let global_slips = Pen::nth(0, "global slips");
         let recurrence = recurrence::distribution(run, global_slips, None, TimeLaw::Weibull)?;
         let load = load_ruptures::curve(run, None, None)?;
-        let map = space_time::map(run, None, [None, None], [None, None])?;
+        let map = space_time::map(run, None, [None, None], [None, None], Place::Block)?;
         let layout =
             Layout::Page { wide: vec![load, map], beside: vec![sizes, recurrence], numbers: numbers(run) };
         Ok(Sheet { layout, ..Sheet::of(Vec::new()).titled(title) })

@@ -25,7 +25,10 @@ pub(super) fn film(
 ) -> Result<Film, String> {
     match to_s.filter(|to_s| !(to_s.is_finite() && *to_s > 0.0)) {
         Some(to_s) => Err(format!("to_s: {to_s} is not accepted (accepted: a number above 0)")),
-        None => Ok(Film { rupture, which: which.unwrap_or(RuptureSelector::Widest), count, until_s: to_s }),
+        None => {
+            let which = which.unwrap_or(RuptureSelector::Widest);
+            Ok(Film { rupture, which, count, until_s: to_s, between_s: None })
+        }
     }
 }
 

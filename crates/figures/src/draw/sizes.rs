@@ -57,11 +57,7 @@ pub(super) fn distribution(
         let global_slips = after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count();
         layers.push(Layer::remark(format!("global slips: {global_slips}, before: {}", of(before).len())));
     }
-    // `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
-    if let Some(b) = &run.summary.gutenberg_richter_test {
-        let lines = b.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
-        layers.extend(lines.lines().map(Layer::remark));
-    }
+    layers.extend(of_magnitudes(run));
     if law != SizeLaw::None {
         let fitted = fitted(&sizes, law, from_blocks..run.header.blocks);
         layers.extend(fit_layers(fitted, first_global.is_some(), pen.look.1, pen.look.2));
@@ -69,6 +65,13 @@ pub(super) fn distribution(
     let unit = if run.of_one_row().is_some() { "blocks" } else { "contacts" };
     let x = Scale::free_powers(&format!("size s ({unit})"));
     Ok(Sheet::single(x, Scale::free_powers("share of at least s"), layers))
+}
+
+/// `b` of the magnitudes of all ruptures, or why there is none, in the words of the summary.
+pub(super) fn of_magnitudes(run: &RunData) -> Vec<Layer> {
+    let words = run.summary.gutenberg_richter_test.as_deref().unwrap_or_default();
+    let lines = words.replace(" above ", "\nabove ").replace(": ", ":\n").replace('-', "−");
+    lines.lines().map(Layer::remark).collect()
 }
 
 /// Half of the smallest share, so that all are in the frame.

@@ -3,19 +3,24 @@
 //!
 //! A block that slides in a rupture is a patch from its arrival to its stop. Seen from far away
 //! patches are thinner than a pixel: neighbours that would look alike are drawn as one, and none is
-//! narrower than a pixel. Over an area the columns of contacts take the place of blocks.
+//! narrower than a pixel. Over an area the columns of contacts take the place of blocks. Of a rupture colours show how
+//! fast contacts were, in states that are computed again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use asperity_numbers::front_speed_m_per_s;
+use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{NotKept, RunData};
+use asperity_numbers::run_data::{COMPUTED, NotKept, RunData};
 use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::colours::{Colours, On, mixed};
 use super::kind::{Figure, keys, of_one_run, place_name};
 use super::lines::within;
-use super::rupture_selector::{Clock, RuptureSelector, Sort, color_of, end_s, picked, sorted};
+use super::rupture_selector::{Clock, Film, RuptureSelector, Sort, color_of, end_s, film, picked, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Pen, Shape, Sheet, Tile};
 
@@ -34,15 +39,50 @@ keys! {
     rupture: Option<u64>,
     /// The rupture to zoom to, where `rupture` gives no number.
     which: Option<RuptureSelector>,
+    /// How places along the slider are counted, by default in mm; a slider of one block has its number.
+    #[serde(default)]
+    place: Place,
+    /// Whether to show recorded velocities alone. Otherwise those of a rupture, or of a part between `from_s` and `to_s`
+    /// of at most 2 % of the run, are computed by repeating the run's steps; the smallest colour is where those of
+    /// sticking contacts end.
+    #[serde(default)]
+    recorded_only: bool,
+}
+
+/// How places along the slider are counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Place {
+    /// By the distance from the first block, mm, so that slopes of fronts are speeds.
+    #[default]
+    Mm,
+    /// By the number of the block, or of the column.
+    Block,
+}
+
+impl SpaceTime {
+    /// The states to compute.
+    fn film(&self) -> Option<Film> {
+        let between_s = self.from_s.zip(self.to_s).map(|(from_s, to_s)| [from_s, to_s]);
+        let film = Film { between_s, ..film(self.rupture, self.which, INSTANTS as u32, None).ok()? };
+        let is_part = self.rupture.is_some() || self.which.is_some() || between_s.is_some();
+        (is_part && !self.recorded_only).then_some(film)
+    }
 }
 
 impl Figure for SpaceTime {
-    of_one_run!(RequiredData { arrivals: true, ..RequiredData::WINDOWS });
+    of_one_run!();
+
+    fn required_data(&self) -> RequiredData {
+        let velocities = self.film().into_iter().collect();
+        RequiredData { arrivals: true, velocities, ..RequiredData::WINDOWS }
+    }
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
         let zoom = picked(run, self.rupture, self.which)?;
         let title = zoom.map_or_else(String::new, |rupture| format!("rupture {}", rupture.rupture));
-        Ok(map(run, zoom, [self.from_s, self.to_s], [self.from_block, self.to_block])?.titled(title))
+        let (times_s, blocks) = ([self.from_s, self.to_s], [self.from_block, self.to_block]);
+        Ok(map(run, zoom, times_s, blocks, self.place)?.titled(title))
     }
 }
 
@@ -66,6 +106,9 @@ struct View {
     from_block: u32,
     to_block: u32,
     clock: Clock,
+    /// Whether slopes on the map are speeds, and from one block to the next, mm.
+    in_mm: bool,
+    spacing_mm: f64,
 }
 
 impl View {
@@ -74,6 +117,7 @@ impl View {
         zoom: Option<&Rupture>,
         [from_s, to_s]: [Option<f64>; 2],
         [from_block, to_block]: [Option<u32>; 2],
+        place: Place,
     ) -> Result<View, String> {
         let (blocks, run_s, name) = (run.columns(), end_of_run_s(run), &run.name);
         let natural = zoom.map_or(((0.0, run_s), (1, blocks)), |rupture| {
@@ -97,7 +141,13 @@ impl View {
             return Err(format!("{given} are no blocks of run {name} (accepted: 1 to {blocks})"));
         }
         let clock = Clock::of(from_s, to_s, zoom.map_or(from_s, |rupture| rupture.onset_s));
-        Ok(View { from_s, to_s, from_block, to_block, clock })
+        let in_mm = place == Place::Mm && blocks > 1;
+        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, spacing_mm: run.plan.spacing_m * 1e3 })
+    }
+
+    /// Where a block stands on the axis.
+    fn up(&self, block: f64) -> f64 {
+        if self.in_mm { (block - 1.0) * self.spacing_mm } else { block }
     }
 
     /// Blocks, each between two times and in a colour; neighbours that look alike are one.
@@ -106,7 +156,8 @@ impl View {
         let blocks: Vec<_> = blocks.filter(|(block, _)| seen(block)).collect();
         let tile = |alike: &[(u32, (f64, f64, RGBColor))]| {
             let (first, (from_s, to_s, colour)) = alike[0];
-            let corner = |time_s: f64, block| (self.clock.place(time_s.clamp(self.from_s, self.to_s)), block);
+            let at = |time_s: f64| self.clock.place(time_s.clamp(self.from_s, self.to_s));
+            let corner = |time_s, block| (at(time_s), self.up(block));
             let last = f64::from(alike[alike.len() - 1].0);
             ([corner(from_s, f64::from(first) - 0.5), corner(to_s, last + 0.5)], colour)
         };
@@ -115,7 +166,7 @@ impl View {
 
     /// A line through blocks at times, if some of it is in view; where it leaves the panel it is cut off.
     fn line(&self, label: &str, points: &[(f64, u32)], dash: Dash, colour: RGBColor) -> Option<Layer> {
-        let place = |(time_s, block): &(f64, u32)| (self.clock.place(*time_s), f64::from(*block));
+        let place = |(time_s, block): &(f64, u32)| (self.clock.place(*time_s), self.up(f64::from(*block)));
         let points: Vec<(f64, f64)> = points.iter().map(place).collect();
         let [low, high] = [(self.from_s, self.from_block), (self.to_s, self.to_block)].map(|at| place(&at));
         let is_seen = points.windows(2).any(|ends| within(ends[0], ends[1], low, high).is_some());
@@ -133,9 +184,10 @@ pub(super) fn map(
     zoom: Option<&Rupture>,
     times_s: [Option<f64>; 2],
     blocks: [Option<u32>; 2],
+    place: Place,
 ) -> Result<Sheet, String> {
-    let view = View::of(run, zoom, times_s, blocks)?;
-    let View { from_s, to_s, from_block, to_block, clock } = &view;
+    let view = View::of(run, zoom, times_s, blocks, place)?;
+    let View { from_s, to_s, from_block, to_block, clock, .. } = &view;
     let sorts: BTreeMap<u64, (&Rupture, Sort)> =
         sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
     let (velocities, bar) = velocities(run, &view)?;
@@ -159,7 +211,9 @@ pub(super) fn map(
         };
         patched.entry(*sort).or_default().extend(view.tiles(seen.map(patch)));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
-            fronts.extend(view.line("arrivals", &front, Dash::Solid, INK));
+            let has_speed = view.in_mm && zoom.is_some_and(|zoom| zoom.rupture == rupture.rupture);
+            let label = if has_speed { front_label(run, rupture) } else { "arrivals".to_owned() };
+            fronts.extend(view.line(&label, &front, Dash::Solid, INK));
         }
     }
     // About a rupture only what was before it, since from then on its own arrivals tell.
@@ -177,8 +231,16 @@ pub(super) fn map(
     layers.extend(fronts);
     layers.extend(view.line(label, &creep, Dash::Dashed, GREEN));
     let x = Scale::between(&clock.label("t"), clock.place(*from_s), clock.place(*to_s));
-    let y = Scale::between(place_name(run), f64::from(*from_block) - 0.5, f64::from(*to_block) + 0.5);
-    Ok(Sheet { bar, ..Sheet::single(x, y.in_whole_numbers(true), layers) })
+    let [low, high] = [f64::from(*from_block) - 0.5, f64::from(*to_block) + 0.5].map(|block| view.up(block));
+    let y = Scale::between(if view.in_mm { "x (mm)" } else { place_name(run) }, low, high);
+    Ok(Sheet { bar, ..Sheet::single(x, y.in_whole_numbers(!view.in_mm), layers) })
+}
+
+/// What the line of arrivals is called: the front, with its speed if it has one.
+fn front_label(run: &RunData, rupture: &Rupture) -> String {
+    let wave_m_per_s = run.plan.spacing_m / crossing_s(run);
+    let speed = front_speed_m_per_s(rupture, run.header.contacts(), Some(wave_m_per_s));
+    speed.map_or("arrivals".to_owned(), |speed| format!("front, {speed:.0} m/s"))
 }
 
 /// When each block that a rupture passed began to slide and when it stopped, s; over an area each column, from the
@@ -216,12 +278,27 @@ fn speeds(record: &WindowRecord) -> impl Iterator<Item = (u32, f64)> {
     both.map(|((contact, along), across)| (contact, magnitude([*along, *across])))
 }
 
-/// Velocities of the dense records in view, over an area the largest of each column, and their colours; those below a
-/// thousandth of the largest have none.
+/// The velocity above which contacts slide, m/s: nineteen of twenty that stick in the computed states are slower, those
+/// that the drive and waves move. None without such states.
+fn noise_m_per_s(run: &RunData) -> Result<Option<f64>, NotKept> {
+    let (arrivals, mut all) = (run.arrivals()?, Vec::new());
+    for record in &run.velocities {
+        let slides = |of: &&Arrival| {
+            of.arrival_s <= record.time_s && of.stop_s.is_none_or(|stop_s| record.time_s < stop_s)
+        };
+        let sliding: BTreeSet<u32> = arrivals.iter().filter(slides).map(|arrival| arrival.block).collect();
+        all.extend(speeds(record).filter(|(block, _)| !sliding.contains(block)).map(|(_, speed)| speed));
+    }
+    all.sort_by(f64::total_cmp);
+    Ok(all.get(all.len() * 19 / 20).copied())
+}
+
+/// Velocities in view of dense records and of computed states, over an area the largest of each column, and their
+/// colours; those of [`noise_m_per_s`], or without computed states below a thousandth of the largest, have none.
 fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>), NotKept> {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
-    for record in run.windows()?.iter().chain(run.rupture_fields()?).filter(in_view) {
+    for record in run.windows()?.iter().chain(run.rupture_fields()?).chain(&run.velocities).filter(in_view) {
         windows.entry(record.window).or_default().push(record);
     }
     let all = windows.values().flatten().flat_map(|record| speeds(record));
@@ -229,11 +306,16 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>)
     if fastest <= 0.0 {
         return Ok((Vec::new(), None));
     }
-    let colours = Colours::of(Scale::powers_between("|v_n| (m/s)", 1e-3 * fastest, fastest), On::Surfaces);
+    // A decade at least.
+    let noise = noise_m_per_s(run)?.unwrap_or(1e-3 * fastest);
+    let slowest = noise.clamp(1e-9 * fastest, 0.1 * fastest);
+    let colours = Colours::of(Scale::powers_between("|v_n| (m/s)", slowest, fastest), On::Surfaces);
     let mut items = Vec::new();
-    for records in windows.values() {
+    for (window, records) in &windows {
         let stride = records.len().div_ceil(INSTANTS);
-        let apart = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step)).min();
+        let apart = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step));
+        // Computed states are as even as steps allow.
+        let apart = if *window == COMPUTED { apart.max() } else { apart.min() };
         let longest = apart.unwrap_or(1).max(1) * stride as u64;
         let shown: Vec<&&WindowRecord> = records.iter().step_by(stride).collect();
         for (n, record) in shown.iter().enumerate() {
@@ -255,9 +337,9 @@ fn velocities(run: &RunData, view: &View) -> Result<(Vec<Tile>, Option<Colours>)
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::WindowRecord;
+    use asperity_record::{Rupture, WindowRecord};
 
-    use super::{Shape, Sheet, map};
+    use super::{COMPUTED, Figure, Pen, Place, Shape, Sheet, SpaceTime, crossing_s};
     use crate::draw::rupture_selector::{RuptureSelector, picked};
     use crate::draw::sheet::{BLUE, GREY, RED};
     use asperity_numbers::run_data::RunData;
@@ -276,6 +358,15 @@ mod tests {
         );
         run.header.steps = 10_000;
         run
+    }
+
+    fn map(
+        run: &RunData,
+        zoom: Option<&Rupture>,
+        times_s: [Option<f64>; 2],
+        blocks: [Option<u32>; 2],
+    ) -> Result<Sheet, String> {
+        super::map(run, zoom, times_s, blocks, Place::Block)
     }
 
     fn cells(sheet: &Sheet) -> Vec<(f64, f64, f64, f64, plotters::prelude::RGBColor)> {
@@ -409,5 +500,45 @@ mod tests {
         assert!(found[0].4 == found[2].4 && found[0].4 != found[1].4);
         assert_eq!(cells(&paper)[0].4, plotters::prelude::RGBColor(211, 211, 211), "grey, a third of it");
         assert!(paper.bar.is_some());
+    }
+
+    /// Of a rupture velocities are computed, from those of sticking contacts on, and its front is a slope in m/s.
+    #[test]
+    fn a_rupture_shows_velocities_that_no_window_recorded() {
+        let figure = |toml: &str| -> SpaceTime {
+            toml::from_str(&format!("file = 'f.png'\nrun = 'test'\n{toml}")).unwrap()
+        };
+        let whole = figure("").required_data();
+        assert!(whole.velocities.is_empty());
+        assert!(figure("rupture = 2\nrecorded_only = true").required_data().velocities.is_empty());
+        let mut run = run();
+        // A long part of the run is not computed, a short one is.
+        let count = |toml: &str| figure(toml).film().unwrap().times_s(&run).unwrap().len();
+        assert_eq!(count("from_s = 0.0\nto_s = 9e-4"), 0);
+        assert_eq!(count("from_s = 3e-4\nto_s = 3.1e-4"), 300);
+        // No faster than waves, as of a front that the grid resolves.
+        let speed = 0.5 * run.plan.spacing_m / crossing_s(&run);
+        run.ruptures.as_mut().unwrap()[0].front_speed_up_m_per_s = Some(speed);
+        let zoomed = figure("rupture = 0");
+        run.kept = zoomed.required_data();
+        let record = |step: u64, velocity_m_per_s: Vec<f64>| WindowRecord {
+            window: COMPUTED,
+            step,
+            time_s: run.plan.grid.time_s(step),
+            first_block: 1,
+            velocity_m_per_s,
+            ..WindowRecord::default()
+        };
+        // Block 3 sticks.
+        run.velocities = vec![record(1200, vec![0.1, 0.1, 1e-6]), record(1300, vec![0.01, 1e-4, 1e-6])];
+        let sheet = zoomed.part(&run, Pen::nth(0, "")).unwrap();
+        assert_eq!(sheet.bar.as_ref().unwrap().scale.ends(), (1e-6, 0.1));
+        let spacing_mm = run.plan.spacing_m * 1e3;
+        assert_eq!(sheet.panels[0].y.label(), "x (mm)");
+        assert_eq!(sheet.panels[0].y.ends(), (-0.5 * spacing_mm, 2.5 * spacing_mm));
+        assert_eq!(sheet.labels(), ["precursor", &format!("front, {speed:.0} m/s")]);
+        // Without the states it is drawn as before.
+        run.velocities.clear();
+        assert!(zoomed.part(&run, Pen::nth(0, "")).unwrap().bar.is_none());
     }
 }

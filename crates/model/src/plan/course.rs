@@ -28,6 +28,12 @@ impl Course {
         self.knots.iter().all(|(_, value)| *value == self.start)
     }
 
+    /// The last step in which the value jumps.
+    pub fn last_jump(&self) -> Option<u64> {
+        let mut jumps = self.knots.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
+        jumps.next_back().map(|pair| pair[0].0)
+    }
+
     /// The step from which the knots count; `None` while it is unknown.
     fn origin(&self, hold_step: u64) -> Option<u64> {
         match (self.from_hold, hold_step) {

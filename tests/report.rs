@@ -641,7 +641,6 @@ fn a_sweep_has_a_page_with_its_runs() {
     for heading in ["<i>θ</i>", "precursor count", "first global rupture onset (s)"] {
         assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
     }
-    // All are done, so that the table would say it in every row.
     assert!(!table.contains("status</th>") && !table.contains("reason</th>"));
     let page = out.join("logs/3.html");
     fs::create_dir_all(out.join("logs")).expect("the folder can be written");

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::of_one_run::{Kind, Target};
-use asperity_files::{Existing, FileSet, Inputs, is_taken};
+use asperity_files::{Existing, FileSet, Inputs, is_taken, remove_file};
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
@@ -127,9 +127,13 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let has_slow_slip = data.header.junction_count > 0;
     let folder = Target::Folder(out.clone());
     let mut figures = Vec::new();
-    for kind in ["load", "lengths"].into_iter().filter_map(Kind::find) {
-        figures
-            .push(kind.of_run(&name, &data.header, &data.scenario, &[]).map_err(Failure::failed)?.or_empty());
+    // A log by other detectors has slip events alone.
+    let of_events = ["of=slip-events".to_owned()];
+    let set = if data.ruptures.is_none() { &of_events[..] } else { &[] };
+    for (kind, set) in [("load", &[][..]), ("lengths", set)] {
+        let kind = Kind::find(kind).expect("it is a kind");
+        let figure = kind.of_run(&name, &data.header, &data.scenario, set).map_err(Failure::failed)?;
+        figures.push(figure.or_empty());
     }
     if !verdict.holds_all() {
         let note = format!(
@@ -179,7 +183,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     write()?;
     // Of a log that was not whole, which these files replace.
     if verdict.holds_all() && is_taken(&out.join(MISSING)) {
-        std::fs::remove_file(out.join(MISSING)).map_err(Failure::failed)?;
+        remove_file(&out.join(MISSING))?;
     }
     say(out.display())?;
     summary::tell(arguments.run.display(), summary, board);

@@ -73,6 +73,14 @@ use std::path::{Path, PathBuf};
 
 use rename::sync_folder_of;
 
+/// Removes a file that belonged to what others have replaced.
+///
+/// # Errors
+/// If the system refuses.
+pub fn remove_file(path: &Path) -> Result<(), FileError> {
+    fs::remove_file(path).map_err(FileError::io(path))
+}
+
 /// Creates a folder and its missing parents, and syncs their names, so that they survive a power cut.
 /// Returns the new ones, parents first.
 ///

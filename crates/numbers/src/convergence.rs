@@ -32,7 +32,7 @@ impl Convergence {
             Convergence::AtDecayLength,
             "robust at fixed l_0",
             "=",
-            "of a chain: converges at a fixed friction.decay_length_m, and hangs on the number of blocks without it",
+            "of a chain: converges at a fixed friction.decay_length_m alone",
         ),
         (
             Convergence::OneDraw,

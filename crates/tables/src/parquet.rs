@@ -57,6 +57,10 @@ impl Parquet {
 }
 
 impl TableWriter for Parquet {
+    fn takes_rows(&self) -> bool {
+        true
+    }
+
     fn write(&mut self, table: &mut Table) -> io::Result<()> {
         let written = frame(table).and_then(|frame| self.writer.write_batch(&frame));
         written.map_err(|error| in_words(&self.refusal, error))

@@ -66,8 +66,12 @@ impl TableFiles {
     /// If a file cannot be written.
     pub fn write(&mut self, table: &mut Table) -> Result<(), FileError> {
         self.rows += table.rows() as u64;
-        for (path, writer) in &mut self.writers {
-            writer.write(table).map_err(FileError::io(path))?;
+        for takes_rows in [false, true] {
+            for (path, writer) in
+                self.writers.iter_mut().filter(|(_, writer)| writer.takes_rows() == takes_rows)
+            {
+                writer.write(table).map_err(FileError::io(path))?;
+            }
         }
         table.take();
         Ok(())

@@ -98,7 +98,7 @@ fn what(gathered: &Gathered) -> String {
         Kind::PhaseMap { statistic, .. } => {
             let shared = map::shared(gathered, statistic).map(|shared| format!("; {shared}"));
             let worth = worth(gathered.figure.colour.as_ref());
-            format!("A number of runs as colour over two keys{}{worth}", shared.unwrap_or_default())
+            format!("A number of runs as colour over two keys{worth}{}", shared.unwrap_or_default())
         }
         Kind::Family { .. } => format!("Curves of a number of runs{}", worth(Some(&gathered.figure.y))),
         Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),

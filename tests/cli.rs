@@ -398,6 +398,10 @@ fn scenarios_are_listed_and_shown_in_full() {
     let listed: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
     let built_in: Vec<&str> = asperity_model::scenario::builtin::all().map(|(name, _)| name).collect();
     assert_eq!(listed, built_in);
+    let models = succeed(&["scenario", "list", "--for", "glass"]);
+    let lines: Vec<&str> = models.lines().collect();
+    assert!(lines.len() == 3 && lines[1] == "  scenarios    pmma-block, slab", "{models}");
+    assert!(succeed(&["scenario", "list", "--for"]).lines().count() > 12);
 
     let folder = folder();
     for name in built_in {

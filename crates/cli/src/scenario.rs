@@ -105,8 +105,9 @@ fn models_for(word: &str) -> Result<(), Failure> {
         )));
     }
     for Experiment { what, model, scenarios, cannot } in found {
-        let names = scenarios.join(", ");
-        terminal::say(format_args!("{what}: {model}\n  scenarios    {names}\n  cannot show  {cannot}"))?;
+        terminal::say(format_args!("{what}: {model}"))?;
+        terminal::say(format_args!("  scenarios    {}", scenarios.join(", ")))?;
+        terminal::say(format_args!("  cannot show  {cannot}"))?;
     }
     Ok(())
 }

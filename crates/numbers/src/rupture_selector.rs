@@ -117,7 +117,7 @@ impl Film {
     }
 
     /// The times, s: the middles of equal spans, because nothing moves at the very onset and at the end. None of more
-    /// than [`LONGEST_PART`] of a run: a part that is named by its ends may be nearly all of it.
+    /// than 2 % of a run: a part that is named by its ends may be nearly all of it.
     ///
     /// # Errors
     /// In words, if the run has no such rupture.

@@ -28,13 +28,13 @@ Examples:
   asperity refine pmma-block -o out/refined --plan
   asperity sweep emit slurm out/refined --tasks 9 > out/refined/sweep.slurm
 
-Twelve runs: on half as many blocks or nodes along each side, as given, on twice
-as many, and with half the time step, each three times, with moduli that differ
-in their sixth digit. A chain keeps its decay length. A line for each number:
-its value, its class as found, and its changes on the finer mesh, with the
-shorter step, and between runs that differ by a kick. Called again, it goes on,
-also with results that other processes or nodes have made. docs/sweeps.md and
-docs/internals/convergence.md say more.")]
+Twelve runs: as given, on a mesh twice as fine, with half the time step, and
+on a mesh half as fine, each three times, with moduli that differ in their
+sixth digit; nine of a lattice that has no node halfway along a side. A chain
+keeps its decay length. A line for each number: its value, its class as found,
+and its changes on the finer mesh, with the shorter step, and between runs
+that differ by a kick. Called again, it goes on, also with results that other
+processes or nodes have made. docs/internals/convergence.md says more.")]
 pub(crate) struct RefineArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
@@ -83,7 +83,7 @@ fn write(out: &Path, refined: &[Refined]) -> Result<(), Failure> {
     Ok(files.publish()?)
 }
 
-/// A line for each number that all runs have, by class, the worst stated ones last; and what the classes mean.
+/// A line for each number that all runs have, by its class as found, and how many numbers some run lacks.
 fn lines(refined: &[Refined]) -> Vec<String> {
     let name_width = refined.iter().map(|one| one.number.name().len()).max().unwrap_or(0);
     let line = |one: &Refined| {

@@ -1,12 +1,9 @@
 //! What a number of a simulation is worth: whether it stays where the mesh is refined, where the time step is shortened,
 //! and where the run is repeated with a kick too small to see.
 
-use serde::Serialize;
-
 /// What happens to a number where mesh and time step are refined. Each number declares its own, for chains at a fixed
 /// decay length and for lattices; `asperity refine` finds that of a scenario.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Convergence {
     /// It stays within five per cent.
     Robust,
@@ -19,7 +16,7 @@ pub enum Convergence {
 }
 
 /// The most by which a robust number changes, over its value.
-pub const MOST_CHANGE: f64 = 0.05;
+const MOST_CHANGE: f64 = 0.05;
 
 /// A change with the mesh is one beyond chance if it is this many times that between draws.
 const BEYOND_DRAWS: f64 = 2.0;

@@ -16,7 +16,7 @@ use crate::study::Study;
 
 /// By how much the moduli of the three runs of a mesh differ, over the modulus: less than any number is known to, and far
 /// more than a rounding.
-pub const KICK: f64 = 1e-6;
+const KICK: f64 = 1e-6;
 
 const KICKS: usize = 3;
 

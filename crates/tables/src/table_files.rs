@@ -14,7 +14,7 @@ use crate::rows;
 use crate::table::Table;
 use crate::tables::rupture_columns;
 
-/// The formats of the tables that runs are reduced to; Parquet comes last, since it takes the rows.
+/// The formats of the tables that runs are reduced to.
 const REDUCED: [Format; 2] = [Format::Csv, Format::Parquet];
 
 /// Rows of a table that are in memory at a time: those that polars puts into a row group.

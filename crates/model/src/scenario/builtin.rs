@@ -35,8 +35,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
         what: "a long thin slider, or the thesis",
         model: "chain",
         scenarios: &["default", "top-driven"],
-        cannot: "waves in its bulk; counts and first slips hang on the number of blocks, unless friction.decay_length_m \
-                 is given",
+        cannot: "waves in its bulk; counts and first slips hang on the number of blocks, and converge at a fixed \
+                 friction.decay_length_m",
     },
     Experiment {
         what: "a block whose width matters, or is pushed askew",

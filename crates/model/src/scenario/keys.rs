@@ -1,7 +1,8 @@
 //! Every key of a scenario, declared once.
 //!
-//! The table is the single definition of valid keys: resolving checks against it, `asperity scenario show`
-//! comments with it, and a test compares it with the fields of [`Scenario`](crate::Scenario).
+//! The table is the single definition of the keys of a scenario: resolving checks against it, `asperity scenario show`
+//! comments with it, and its sections are the fields of [`Scenario`](crate::Scenario), in the same order. To it
+//! `stand_ins.rs` adds two keys that are written in place of others.
 
 use std::sync::LazyLock;
 
@@ -12,14 +13,14 @@ mod run;
 pub(crate) mod section;
 mod slider;
 
+use crate::scenario::stand_ins::STAND_INS;
+
 pub use crate::scenario::key::{AS_CODED, AS_STATED, Key, Kind, Need};
 pub use disorder::Disorder;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
 pub use friction::Friction;
 pub use run::{Detection, Recording, Time, Window};
 pub use slider::Slider;
-
-use crate::scenario::stand_ins::STAND_INS;
 
 /// A list of numbers, empty or of a length defined elsewhere.
 pub type List = Vec<f64>;

@@ -251,6 +251,10 @@ mod tests {
             ),
             (format!("colour = 1\n{TILTS}"), "line 3, column 1: colour: unknown key"),
             (
+                format!("{TILTS}[[figure]]\nkind = 'family'\n"),
+                "[[figure]] is not accepted (accepted: with a kind, [[figure.KIND]])",
+            ),
+            (
                 format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
                 "figure.family \"a.png\": y = \"count\" does not vary",
             ),

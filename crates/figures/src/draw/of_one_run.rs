@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use asperity_files::FileSet;
 use asperity_model::Scenario;
-use asperity_model::scenario::text;
+use asperity_model::scenario::{text, typed};
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::required_data::RequiredData;
@@ -163,7 +163,9 @@ impl Kind {
             } else {
                 keys.insert(key.to_owned(), value);
             }
-            figures = understood(&keys).map_err(|error| format!("{assignment}: {error}"))?;
+            let in_words =
+                |error: serde_json::Error| typed::in_words(assignment, &error.to_string(), "docs/figures.md");
+            figures = understood(&keys).map_err(in_words)?;
         }
         let read = |path: &str| text::read(path.as_ref()).map_err(|error| error.to_string());
         figures.measured_mut().try_for_each(|file| file.read(read))?;
@@ -351,8 +353,8 @@ mod tests {
         check("stress", "at_s=[0.1, 2]").unwrap();
         check("lengths", "title=a = b").unwrap();
         let refused = [
-            ("space-time", "from_s=soon", "from_s=soon: invalid type: string \"soon\""),
-            ("space-time", "which=widst", "which=widst: unknown variant `widst`"),
+            ("space-time", "from_s=soon", "from_s=soon is not accepted (accepted: a number)"),
+            ("space-time", "which=widst", "which=widst is not accepted; did you mean widest? (accepted: "),
             ("space-time", "run=b", "have no such key (accepted: from_block, from_s, place"),
             (
                 "lengths",

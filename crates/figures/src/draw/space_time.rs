@@ -106,8 +106,9 @@ struct View {
     from_block: u32,
     to_block: u32,
     clock: Clock,
-    /// Whether slopes on the map are speeds, and from one block to the next, mm.
+    /// Whether slopes on the map are speeds; how many blocks there are, and from one to the next, mm.
     in_mm: bool,
+    blocks: f64,
     spacing_mm: f64,
 }
 
@@ -142,12 +143,13 @@ impl View {
         }
         let clock = Clock::of(from_s, to_s, zoom.map_or(from_s, |rupture| rupture.onset_s));
         let in_mm = place == Place::Mm && blocks > 1;
-        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, spacing_mm: run.plan.spacing_m * 1e3 })
+        let (blocks, spacing_mm) = (f64::from(blocks), run.plan.spacing_m * 1e3);
+        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, blocks, spacing_mm })
     }
 
-    /// Where a block stands on the axis.
+    /// Where a block, or an edge of its tile, stands on the axis: in mm no tile reaches beyond the slider.
     fn up(&self, block: f64) -> f64 {
-        if self.in_mm { (block - 1.0) * self.spacing_mm } else { block }
+        if self.in_mm { (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm } else { block }
     }
 
     /// Blocks, each between two times and in a colour; neighbours that look alike are one.
@@ -535,7 +537,7 @@ mod tests {
         assert_eq!(sheet.bar.as_ref().unwrap().scale.ends(), (1e-6, 0.1));
         let spacing_mm = run.plan.spacing_m * 1e3;
         assert_eq!(sheet.panels[0].y.label(), "x (mm)");
-        assert_eq!(sheet.panels[0].y.ends(), (-0.5 * spacing_mm, 2.5 * spacing_mm));
+        assert_eq!(sheet.panels[0].y.ends(), (0.0, 2.0 * spacing_mm));
         assert_eq!(sheet.labels(), ["precursor", &format!("front, {speed:.0} m/s")]);
         // Without the states it is drawn as before.
         run.velocities.clear();

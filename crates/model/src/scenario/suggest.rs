@@ -25,7 +25,15 @@ const MOST_SUGGESTED: usize = 3;
 const SHORTEST_PART: usize = 3;
 
 /// Symbols in use for keys besides those of the thesis' text.
-const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
+const OTHER_SYMBOLS: &[(&str, &str)] = &[
+    ("mu_k", "friction.dynamic_coefficient"),
+    ("L", "slider.length_m"),
+    ("l0", "friction.decay_length_m"),
+    ("speed", "drive.velocity_m_per_s"),
+    ("force", "normal_load.total_n"),
+    ("force_n", "normal_load.total_n"),
+    ("force", "drive.course_n"),
+];
 
 /// Names from other programs, with their equivalents here.
 const MEANT: [(&str, &str); 2] = [("z", "colour"), ("value", "colour")];
@@ -187,6 +195,10 @@ mod tests {
             ("friction.mu_s", "friction.static_coefficient"),
             ("friction.mu_d", "friction.dynamic_coefficient"),
             ("friction.mu_k", "friction.dynamic_coefficient"),
+            ("friction.l0", "friction.decay_length_m"),
+            ("drive.speed", "drive.velocity_m_per_s"),
+            ("normal_load.force_n", "normal_load.total_n"),
+            ("drive.force", "drive.course_n"),
             ("k_t", "friction.interfacial_stiffness_ratio"),
             ("k_t/k", "friction.interfacial_stiffness_ratio"),
             ("friction.k_t / k", "friction.interfacial_stiffness_ratio"),

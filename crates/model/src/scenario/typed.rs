@@ -62,7 +62,7 @@ pub fn parse_prepared<T: DeserializeOwned>(
                 read.replace_range(span.clone(), &format!("{digits:<width$}", width = span.len()));
             }
             None => {
-                let mut problem = in_words(&read, &span, error.message(), listed_in);
+                let mut problem = with_its_key(&read, &span, error.message(), listed_in);
                 if is_of_the_top::<T>(error.message()) {
                     problem.push_str("; as a key of the whole file it stands above the first [[...]]");
                 }
@@ -84,7 +84,21 @@ pub fn whole(value: f64) -> Option<u64> {
 }
 
 /// Rewrites an error of the TOML library, with key and accepted values.
-fn in_words(text: &str, span: &std::ops::Range<usize>, message: &str, listed_in: &str) -> String {
+fn with_its_key(text: &str, span: &std::ops::Range<usize>, message: &str, listed_in: &str) -> String {
+    let value = &text[span.clone()];
+    if value.starts_with("[[") {
+        return format!(
+            "{value} is not accepted (accepted: with a kind, {}.KIND]])",
+            value.trim_end_matches(']')
+        );
+    }
+    let key = key_before(text, span.start);
+    in_words(&key.map_or(value.to_owned(), |key| format!("{key} = {value}")), message, listed_in)
+}
+
+/// Rewrites a message of serde about `what`, a value or a key with its value: with the names or the values accepted, in
+/// the words of a user. `listed_in` names the place of long lists of names.
+pub fn in_words(what: &str, message: &str, listed_in: &str) -> String {
     let names = names_in(message);
     if let Some(unknown) = message.strip_prefix("unknown field ") {
         let key = quoted(unknown);
@@ -93,8 +107,6 @@ fn in_words(text: &str, span: &std::ops::Range<usize>, message: &str, listed_in:
     if let Some(missing) = message.strip_prefix("missing field ") {
         return format!("{} is missing here", quoted(missing));
     }
-    let (value, key) = (&text[span.clone()], key_before(text, span.start));
-    let what = key.map_or(value.to_owned(), |key| format!("{key} = {value}"));
     if let Some(unknown) = message.strip_prefix("unknown variant ") {
         return format!("{what} is not accepted{}", suggest::among(quoted(unknown), &names, listed_in));
     }

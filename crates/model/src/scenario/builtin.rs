@@ -45,7 +45,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
         cannot: "contacts that age; Poisson's ratio is 1/4",
     },
     Experiment {
-        what: "bare rock, velocity steps, slide-hold-slide",
+        what: "bare rock as granite, velocity steps, slide-hold-slide",
         model: "rate and state",
         scenarios: &["spring-slider", "rate-and-state"],
         cannot: "waves in its bulk: it is a chain or a single block; contacts that stick",

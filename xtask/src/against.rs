@@ -156,19 +156,12 @@ fn timed(command: &mut Command) -> Result<Times, Failure> {
 /// User and system time of all processes that this one has waited for.
 #[cfg(unix)]
 fn cpu_of_children_s() -> io::Result<f64> {
-    let mut usage = std::mem::MaybeUninit::<libc::rusage>::zeroed();
-    #[expect(unsafe_code, reason = "the standard library does not have this call")]
-    // SAFETY: the call writes one `rusage` to the given place, which is large enough; all of its
-    // fields are integers, for which zeros are valid.
-    let (code, usage) = unsafe {
-        let code = libc::getrusage(libc::RUSAGE_CHILDREN, usage.as_mut_ptr());
-        (code, usage.assume_init())
-    };
-    if code != 0 {
-        return Err(io::Error::last_os_error());
-    }
-    let seconds = |time: libc::timeval| time.tv_sec as f64 + time.tv_usec as f64 * 1e-6;
-    Ok(seconds(usage.ru_utime) + seconds(usage.ru_stime))
+    use nix::sys::time::TimeValLike as _;
+    let usage = nix::sys::resource::getrusage(nix::sys::resource::UsageWho::RUSAGE_CHILDREN)?;
+    Ok([usage.user_time(), usage.system_time()]
+        .map(|time| time.num_microseconds() as f64 * 1e-6)
+        .iter()
+        .sum())
 }
 
 #[cfg(not(unix))]

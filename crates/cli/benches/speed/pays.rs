@@ -5,12 +5,11 @@
 //! others. Both solvers run each of them in turn. Runs that are stopped by their energies within a few
 //! steps, as some time steps cause, are too short to compare and are left out.
 
-use std::fs;
-use std::time::Instant;
-
 use asperity_model::Plan;
 use asperity_simulator::{Counters, Solver, SolverKind};
 use asperity_testkit::Random;
+
+use crate::seconds;
 
 /// How many scenarios.
 const SCENARIOS: u64 = 200;
@@ -136,22 +135,22 @@ impl Case {
             }
             let mut plan = plan.clone();
             plan.drive.velocity_m_per_s *= 1.0 + pair as f64 * APART;
-            let mut seconds = [0.0; 2];
+            let mut took_s = [0.0; 2];
             let mut is_whole = true;
             for is_fast in if pair % 2 == 0 { [false, true] } else { [true, false] } {
-                seconds[usize::from(is_fast)] = if is_fast {
-                    cpu_s(|| (counters, is_whole) = whole(SolverKind::Fast.start(plan.clone())))
+                took_s[usize::from(is_fast)] = if is_fast {
+                    seconds(|| (counters, is_whole) = whole(SolverKind::Fast.start(plan.clone())))
                 } else {
-                    cpu_s(|| {
+                    seconds(|| {
                         whole(SolverKind::Plain.start(plan.clone()));
                     })
                 };
             }
-            plain_s = seconds[0];
+            plain_s = took_s[0];
             if !is_whole {
                 return Case { name, plain_s, ratio: None, counters };
             }
-            ratios.push(seconds[0] / seconds[1]);
+            ratios.push(took_s[0] / took_s[1]);
         }
         Case { name, plain_s, ratio: Some(crate::median(ratios)), counters }
     }
@@ -169,21 +168,6 @@ fn whole(mut solver: Box<dyn Solver>) -> (Counters, bool) {
             Ok(Some(record)) => drop(std::hint::black_box(record)),
             end => return (solver.counters(), end.is_ok()),
         }
-    }
-}
-
-/// Processor time in seconds, which other processes disturb less than wall time; wall time if the system
-/// does not report it.
-fn cpu_s(work: impl FnOnce()) -> f64 {
-    let used = || -> Option<f64> {
-        let status = fs::read_to_string("/proc/self/schedstat").ok()?;
-        Some(status.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-    };
-    let (before, start) = (used(), Instant::now());
-    work();
-    match before.zip(used()) {
-        Some((before, after)) if after > before => after - before,
-        _ => start.elapsed().as_secs_f64(),
     }
 }
 

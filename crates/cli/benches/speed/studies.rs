@@ -8,6 +8,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::{Command, ExitCode};
+use std::time::Instant;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_run::detectors::Settings;
@@ -80,18 +81,13 @@ struct Times {
 }
 
 fn timed(work: impl FnOnce()) -> Times {
-    let before_s = cpu_of_children_s();
-    let wall_s = seconds(work);
-    Times { wall_s, cpu_s: cpu_of_children_s() - before_s }
-}
-
-/// From the clock of the system, with 100 ticks a second; NaN if it does not report it.
-fn cpu_of_children_s() -> f64 {
-    let status = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let behind_name = status.rsplit(')').next().unwrap_or_default();
-    let ticks = behind_name.split_whitespace().skip(13).take(2).map(|word| word.parse().unwrap_or(f64::NAN));
-    let ticks: Vec<f64> = ticks.collect();
-    if ticks.len() == 2 { (ticks[0] + ticks[1]) / 100.0 } else { f64::NAN }
+    let mut wall_s = 0.0;
+    let cpu_s = seconds(|| {
+        let start = Instant::now();
+        work();
+        wall_s = start.elapsed().as_secs_f64();
+    });
+    Times { wall_s, cpu_s }
 }
 
 fn bare(study: usize, kind: &str) -> Times {

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::cpu;
 use crate::revision::Revision;
 use crate::say::say;
 use crate::workspace::{Failure, emptied, io, not_started, program, target_folder};
@@ -140,33 +141,17 @@ fn run_once(side: &Side, (_, words): Part, out: &Path) -> Result<Times, Failure>
 /// Runs a command, which must succeed, and returns its times.
 fn timed(command: &mut Command) -> Result<Times, Failure> {
     let usage = |error| Failure::Check(format!("has no CPU time: {error}"));
-    let before_s = cpu_of_children_s().map_err(usage)?;
+    let before_s = cpu::used_s().map_err(usage)?;
     let started = Instant::now();
     let output = command.output().map_err(not_started(command))?;
     let wall_s = started.elapsed().as_secs_f64();
-    let cpu_s = cpu_of_children_s().map_err(usage)? - before_s;
+    let cpu_s = cpu::used_s().map_err(usage)? - before_s;
     if output.status.success() {
         return Ok(Times { cpu_s, wall_s });
     }
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let error = said.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or("it does not say why");
     Err(Failure::Check(format!("ended with {}: {error}", output.status)))
-}
-
-/// User and system time of all processes that this one has waited for.
-#[cfg(unix)]
-fn cpu_of_children_s() -> io::Result<f64> {
-    use nix::sys::time::TimeValLike as _;
-    let usage = nix::sys::resource::getrusage(nix::sys::resource::UsageWho::RUSAGE_CHILDREN)?;
-    Ok([usage.user_time(), usage.system_time()]
-        .map(|time| time.num_microseconds() as f64 * 1e-6)
-        .iter()
-        .sum())
-}
-
-#[cfg(not(unix))]
-fn cpu_of_children_s() -> io::Result<f64> {
-    Err(io::Error::new(io::ErrorKind::Unsupported, "only Unix tells it"))
 }
 
 /// The times of both sides for one part.

@@ -8,6 +8,7 @@ mod bench;
 mod ci;
 mod clients;
 mod convergence;
+mod cpu;
 mod diff_events;
 mod fuzz;
 mod golden;

@@ -1,4 +1,4 @@
-//! How fast logs are read, against the bare MCAP reader, and in how much memory.
+//! How fast logs are written and read, against the bare MCAP reader, and in how much memory.
 
 use std::fs;
 use std::io::Read;
@@ -17,39 +17,50 @@ const LOGS: [(&str, &[&str]); 4] = [
 ];
 
 pub(crate) fn logs() {
-    println!("## Reading logs: time over that of the bare MCAP reader\n");
+    println!("## Logs: time over that of the bare MCAP reader\n");
     println!(
         "The bare reader unpacks every chunk, checks its checksum, and looks at no message. MB are those of the file; the\n\
-         unpacked messages are about four times as large.\n"
+         unpacked messages are about four times as large. Writing is what `asperity run` takes beyond the same run with no\n\
+         states and samples.\n"
     );
     println!(
-        "| log | MB | bare reader, MB/s | `asperity events` | `asperity replay` | ... in MB/s | `asperity check` | replay's memory, MB |\n\
-         |---|---|---|---|---|---|---|---|"
+        "| log | MB | bare reader, MB/s | writing | `asperity events` | `... --quick` | `asperity replay` | ... in MB/s | \
+         `asperity check` | replay's memory, MB |\n|---|---|---|---|---|---|---|---|---|---|"
     );
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     for (number, (name, set)) in LOGS.into_iter().enumerate() {
         let log = folder.path().join(format!("{number}.mcap"));
         let path = log.to_str().expect("temporary folders have plain names");
-        let mut arguments = vec!["run", "default", "--set", "parameter_set=as-coded", "--out", path];
-        arguments.extend(set.iter().flat_map(|value| ["--set", value]));
-        asperity(&arguments);
+        let run = |set: &[&str]| {
+            let start = ["run", "default", "--set", "parameter_set=as-coded", "--out", path];
+            let sets = set.iter().flat_map(|value| ["--set", value]);
+            let arguments: Vec<&str> = start.into_iter().chain(sets).collect();
+            fs::remove_file(&log).ok();
+            seconds(|| asperity(&arguments))
+        };
+        let without =
+            [set, &["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"]];
+        let writing_s = (0..ROUNDS).map(|_| -run(&without.concat()) + run(set)).collect();
         let mb = fs::metadata(&log).expect("the log is there").len() as f64 / 1e6;
         let mut bare_s = Vec::new();
-        let mut of = |command: &str| {
+        let mut of = |command: &[&str]| {
             let ratios = (0..ROUNDS).map(|_| {
                 let before_s = seconds(|| bare(&log));
-                let elapsed_s = seconds(|| asperity(&[command, path]));
+                let elapsed_s = seconds(|| asperity(&[command, &[path]].concat()));
                 let bare = (before_s + seconds(|| bare(&log))) / 2.0;
                 bare_s.push(bare);
                 elapsed_s / bare
             });
             median(ratios.collect())
         };
-        let [events, replay, check] = ["events", "replay", "check"].map(&mut of);
-        let bare_mb_per_s = mb / median(bare_s);
+        let commands: [&[&str]; 4] = [&["events"], &["events", "--quick"], &["replay"], &["check"]];
+        let [events, quick, replay, check] = commands.map(&mut of);
+        let bare_s = median(bare_s);
         println!(
-            "| {name} | {mb:.1} | {bare_mb_per_s:.0} | {events:.1} | {replay:.1} | {:.0} | {check:.1} | {:.0} |",
-            bare_mb_per_s / replay,
+            "| {name} | {mb:.1} | {:.0} | {:.1} | {events:.1} | {quick:.2} | {replay:.1} | {:.0} | {check:.1} | {:.0} |",
+            mb / bare_s,
+            median(writing_s) / bare_s,
+            mb / bare_s / replay,
             watched(&["replay", path]).2,
         );
         fs::remove_file(&log).expect("the log is there");

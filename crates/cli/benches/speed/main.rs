@@ -8,6 +8,8 @@
 
 mod area;
 mod chains;
+#[path = "../../../../xtask/src/cpu.rs"]
+mod cpu;
 mod diff;
 mod junctions;
 mod logs;
@@ -81,20 +83,8 @@ fn seconds(work: impl FnOnce()) -> f64 {
     used_s() - before_s
 }
 
-#[cfg(unix)]
 fn used_s() -> f64 {
-    use nix::sys::resource::{UsageWho, getrusage};
-    use nix::sys::time::TimeValLike as _;
-    let of = |whose| {
-        let usage = getrusage(whose).expect("the system reports it");
-        (usage.user_time() + usage.system_time()).num_microseconds() as f64 * 1e-6
-    };
-    of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN)
-}
-
-#[cfg(not(unix))]
-fn used_s() -> f64 {
-    unimplemented!("only Unix reports the seconds of a process")
+    cpu::used_s().expect("the system reports it")
 }
 
 /// Steps of a measurement that takes as long for any number of blocks.

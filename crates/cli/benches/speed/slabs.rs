@@ -80,9 +80,9 @@ pub(crate) fn slabs() {
 
 /// Compares with a C program that steps node by node, on an equal slab from an equal state.
 fn against_c() {
-    println!("## Single steps of the default slab, beside a plain loop in C at -O2\n");
+    println!("## Single steps of the default slab, beside a plain loop in C at -O3\n");
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let Some(program) = compiled("slab", "-O2", folder.path()) else { return };
+    let Some(program) = compiled("slab", "-O3", folder.path()) else { return };
     let plan = plan(&sets(SLABS[1]));
     let lattice = &plan.elastic;
     let drive = plan.drive.springs[0];

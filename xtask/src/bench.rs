@@ -16,9 +16,9 @@ Examples:
   cargo xtask bench --against HEAD~1
   cargo xtask bench --against v0.1.0 --pairs 40 --within 0.01 as-coded replay
 
-Without --against, measures the speed of this checkout as ratios to a plain
-loop. All parts together take about twenty minutes. Parts:
-  loop      the plain loop in Rust, compared with the same loop in C
+Without --against, measures the speed of this checkout as ratios to plain
+loops in C, in seconds of the processor. It needs a C compiler, cc. All parts
+together take about twenty minutes. Parts:
   runs      the default run
   chains    longer and shorter chains
   switches  the cost of a block switch, against the number of blocks

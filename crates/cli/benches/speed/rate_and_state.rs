@@ -3,7 +3,7 @@
 use asperity_record::Record;
 use asperity_simulator::SolverKind;
 
-use crate::{ROUNDS, median, plan, scalar_ns, seconds};
+use crate::{ROUNDS, loop_ns, median, plan, seconds};
 
 /// Runs: name, scenario, overrides, and the steps that the independent program took.
 const RUNS: [(&str, &str, &[&str], u64); 5] = [
@@ -30,9 +30,9 @@ pub(crate) fn rate_and_state() {
     println!("## Rate-and-state friction\n");
     println!(
         "| run | steps | over the independent program's | slip events | steps per event | ns per block and step | over \
-         a block's step of the plain loop |\n|---|---|---|---|---|---|---|"
+         a block's step of the loop in C |\n|---|---|---|---|---|---|---|"
     );
-    let loop_ns = scalar_ns(&plan(&[])) / 100.0;
+    let block_ns = loop_ns(&plan(&[])) / 100.0;
     for (name, scenario, sets, independent) in RUNS {
         let plan = asperity_testkit::plan(scenario, sets);
         let (mut steps, mut events) = (0, 0);
@@ -57,7 +57,7 @@ pub(crate) fn rate_and_state() {
         let per_event = steps.checked_div(events).unwrap_or(0);
         println!(
             "| {name} | {steps} | {share:.3} | {events} | {per_event} | {ns:.0} | {:.0} |",
-            ns / loop_ns
+            ns / block_ns
         );
     }
     println!();

@@ -1,4 +1,4 @@
-/* The loop of scalar.rs, in C, to show that it is no slower than it has to be.
+/* A chain as one would write it down: it records nothing, and loops from block to block. The one-way rule only.
    Arguments: blocks, steps, k, eta, kt, dt, m, threshold, sliding friction, K, V.
    Prints nanoseconds per step, the displacement of block 1 and the number of switches. */
 #include <math.h>

@@ -19,7 +19,7 @@ Examples:
 Without --against, measures the speed of this checkout as ratios to plain
 loops in C, in seconds of the processor. It needs a C compiler, cc. All parts
 together take about twenty minutes. Parts:
-  runs      the default run
+  runs      the default run, and chains of 1,000 and 3,000 blocks
   chains    longer and shorter chains
   switches  the cost of a block switch, against the number of blocks
   resolution  the study of resolution with up to 3,200 blocks

@@ -36,7 +36,7 @@ const LOOP_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
 const PARTS: [(&str, fn()); 13] = [
-    ("runs", default_runs),
+    ("runs", whole_runs),
     ("chains", long_chains),
     ("switches", chains::switches),
     ("resolution", chains::resolution),
@@ -182,39 +182,59 @@ fn printed(program: &mut Command) -> Vec<f64> {
     text.split_whitespace().map(|word| word.parse().expect("it prints numbers")).collect()
 }
 
-fn default_runs() {
-    println!("## The default run (100 blocks, 5 s in 5e8 steps): speed-up over the loop in C\n");
+/// Whole runs: what they are called, and how they differ from the default one.
+const RUNS: [(&str, &[&str]); 4] = [
+    ("as coded", &["parameter_set=as-coded"]),
+    ("as stated", &["parameter_set=as-stated"]),
+    (
+        "as stated, 1,000 blocks for 0.5 s",
+        &["parameter_set=as-stated", "slider.blocks=1000", "time.duration_s=0.5"],
+    ),
+    (
+        "as stated, 3,000 blocks for 0.15 s",
+        &["parameter_set=as-stated", "slider.blocks=3000", "time.duration_s=0.15"],
+    ),
+];
+
+fn whole_runs() {
     println!(
-        "| parameter set | plain solver | fast solver | `asperity run --solver fast` | `asperity replay` |\n|---|---|---|---|---|"
+        "## The default run (100 blocks, 5 s in 5e8 steps), and longer chains: speed-up over the loop in C\n"
+    );
+    println!(
+        "| run | plain solver | fast solver | `asperity run --solver fast` | `asperity replay` |\n|---|---|---|---|---|"
     );
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let log = folder.path().join("run.mcap");
+    let path = log.to_str().expect("temporary folders have plain names");
     let mut made_of = Vec::new();
-    for set in ["as-coded", "as-stated"] {
-        let choice = format!("parameter_set={set}");
-        let plan = plan(&[&choice]);
-        let (of_c, plain) = (loop_in_c(&plan, LOOP_STEPS)[1], first_steps(&plan, LOOP_STEPS).1);
+    for (name, set) in RUNS {
+        let plan = plan(set);
+        let steps = steps_of(&plan);
+        let (of_c, plain) = (loop_in_c(&plan, steps)[1], first_steps(&plan, steps).1);
         let own = plain.state().displacement_m[0];
         assert!((of_c - own).abs() <= 1e-9 * own.abs(), "C has {of_c}, the plain solver {own}");
         let plain = times_loop(&plan, || plain_ns(&plan) * 1e-9 * plan.steps as f64);
+        let mut counters = Counters::default();
         let fast = times_loop(&plan, || {
-            let (elapsed_s, counters) = fast_s(&plan);
-            made_of.push((set, counters));
+            let (elapsed_s, counted) = fast_s(&plan);
+            counters = counted;
             elapsed_s
         });
-        let log = folder.path().join(format!("{set}.mcap"));
-        let path = log.to_str().expect("temporary folders have plain names");
+        made_of.push((name, counters));
+        let start = ["run", "default", "--out", path];
+        let arguments: Vec<&str> =
+            start.into_iter().chain(set.iter().flat_map(|value| ["--set", value])).collect();
         let run = times_loop(&plan, || {
             // In the first round there is none.
             drop(fs::remove_file(&log));
-            seconds(|| asperity(&["run", "default", "--set", &choice, "--out", path]))
+            seconds(|| asperity(&arguments))
         });
         let replay = times_loop(&plan, || seconds(|| asperity(&["replay", path])));
-        println!("| {set} | {plain:.1} | {fast:.0} | {run:.0} | {replay:.0} |");
+        println!("| {name} | {plain:.1} | {fast:.0} | {run:.0} | {replay:.0} |");
     }
-    made_of.dedup_by_key(|(set, _)| *set);
     println!("\nWhat the fast runs were made of:\n");
-    for (set, counters) in made_of {
-        println!("{set}\n{counters}");
+    for (name, counters) in made_of {
+        println!("{name}\n{counters}");
     }
 }
 

@@ -4,19 +4,12 @@
 use std::ops::RangeInclusive;
 
 use asperity_record::{
-    BulkRecord, Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, Scales, SlipEvent,
-    StepRecord, Switch,
+    Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
+    Switch,
 };
 
 /// Normal load of the steps made up here.
 const NORMAL_LOAD_N: f64 = 100.0;
-
-/// The message of a binary record after a change.
-pub fn changed<R: BulkRecord>(message: &[u8], change: impl FnOnce(&mut R)) -> Vec<u8> {
-    let mut record = R::of_message(message).expect("it is a message of the record");
-    change(&mut record);
-    record.to_message()
-}
 
 /// The header of a run of two blocks as coded, in nine steps of half a second.
 pub fn run_header() -> RunHeader {

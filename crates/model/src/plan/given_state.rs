@@ -28,9 +28,9 @@ const LISTS: [&str; 4] = [
 impl Scenario {
     /// The first of these keys that has another value than in [`Scenario::keys_of_states`] of another run: the key,
     /// the value there, and the one here.
-    pub fn differs_in(&self, there: &[(String, String)]) -> Option<(&'static str, String, String)> {
+    pub fn differs_in(&self, there: &[(impl AsRef<str>, String)]) -> Option<(&'static str, String, String)> {
         self.keys_of_states().into_iter().find_map(|(key, here)| {
-            let (_, there) = there.iter().find(|(name, _)| name == key)?;
+            let (_, there) = there.iter().find(|(name, _)| name.as_ref() == key)?;
             (*there != here).then(|| (key, there.clone(), here))
         })
     }

@@ -194,7 +194,7 @@ fn export_one(
     let mut exporting = (export, board.steps(&request.name, header.steps, duration_s));
     let checked = log.check(&mut exporting);
     let (mut export, progress) = exporting;
-    progress.clear();
+    drop(progress);
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
@@ -312,7 +312,7 @@ fn vtk(
     let header = log.header();
     let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
     let checked = log.check(&mut progress);
-    progress.clear();
+    drop(progress);
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }

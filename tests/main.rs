@@ -108,4 +108,5 @@ mod support {
     pub(crate) mod seed;
     pub(crate) mod small;
     pub(crate) mod svg;
+    pub(crate) mod verify;
 }

@@ -31,14 +31,13 @@ mod plans;
 mod random;
 mod records;
 mod reference;
-pub mod verify;
 
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
 pub use logs::{first_stray, read_log, read_until_problem, run_end};
 pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;
-pub use records::{balance_j, quiet_step, run_header, rupture, slip_event, switch};
+pub use records::{quiet_step, run_header, rupture, slip_event, switch};
 pub use reference::reference;
 
 /// A temporary folder, removed when the value is dropped.

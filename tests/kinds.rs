@@ -10,12 +10,14 @@ use crate::laws::packing::{Packing, put_together};
 use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{ends, outcome, succeed, text};
+use crate::support::forgeries::changed;
+use crate::support::kinds as made;
 use crate::support::parquet::csv_of;
 use asperity_record::{FieldRecord, Parts, RunHeader, RunStatus, SolverReport, WindowRecord};
 use asperity_run::detectors::{self, Settings};
 use asperity_run::{Task, Verdict};
 use asperity_runlog::{Content, Existing, LogItem, RunWriter};
-use asperity_testkit::{changed, folder, kinds as made, read_log, read_until_problem, scenario};
+use asperity_testkit::{folder, read_log, read_until_problem, scenario};
 use mcap::records::op;
 use serde_json::Value;
 

@@ -97,6 +97,7 @@ mod support {
     pub(crate) mod commands;
     pub(crate) mod forgeries;
     pub(crate) mod golden;
+    pub(crate) mod kinds;
     pub(crate) mod many_events;
     pub(crate) mod markdown;
     pub(crate) mod pairs;
@@ -107,4 +108,5 @@ mod support {
     pub(crate) mod seed;
     pub(crate) mod small;
     pub(crate) mod svg;
+    pub(crate) mod verify;
 }

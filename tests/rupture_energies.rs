@@ -11,9 +11,10 @@ use std::path::Path;
 use asperity_numbers::{radiated_energy_j, radiation_efficiency};
 use asperity_record::{Arrival, Direction, Energy, Record, RunEnd, Rupture, StepRecord};
 use asperity_runlog::LogItem;
-use asperity_testkit::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, read_log, scenario};
+use asperity_testkit::{SMALL_SLAB, read_log, scenario};
 
 use crate::support::binary::{self, with_sets};
+use crate::support::small;
 
 /// A run: its step records, ruptures, their arrivals, and end.
 struct Run {
@@ -215,8 +216,8 @@ fn all_add_up(solver: &str) -> (usize, usize) {
         ("left-right-driven", &both, &[]),
         ("front", &front, &["friction.law=interfacial-springs", "slider.relative_damping=0.1"]),
         ("slab", &SMALL_SLAB, &[]),
-        ("sheet-coarse", &SMALL_SHEET, &[]),
-        ("body-coarse", &SMALL_BODY, &[]),
+        ("sheet-coarse", &small::SHEET, &[]),
+        ("body-coarse", &small::BODY, &[]),
     ];
     let (mut ruptures, mut overlapping) = (0, 0);
     for (name, sets, more) in cases {
@@ -332,8 +333,8 @@ fn moments_are_modulus_times_area_times_slip() {
     for (name, sets, modulus_pa, width_m) in [
         ("ten-blocks", &["time.step_s=1e-7", "time.duration_s=1.2"][..], 2.5e9, 0.005),
         ("slab", &SMALL_SLAB[..], 0.375 * 3e9, 0.006),
-        ("sheet-coarse", &SMALL_SHEET[..], 0.375 * 2.5e9, 0.004),
-        ("body-coarse", &SMALL_BODY[..], 0.4 * 3e9, 0.01),
+        ("sheet-coarse", &small::SHEET[..], 0.375 * 2.5e9, 0.004),
+        ("body-coarse", &small::BODY[..], 0.4 * 3e9, 0.01),
     ] {
         let run = run(name, sets, "fast");
         let (_, plan) = scenario(name, sets);

@@ -8,7 +8,6 @@ use std::process::{Command, Output};
 
 use asperity_record::{EventKind, GlobalSlip, Onset, RunHeader, RunStatus, SlipEvent, SolverReport};
 use asperity_runlog::{Content, Existing, LogItem, RunReader, RunWriter, Topics};
-use asperity_testkit::{SMALL_BODY, SMALL_SHEET};
 use serde_json::Value;
 
 use crate::support::binary::{self, asperity, ends, outcome, succeed, text, with_sets};
@@ -84,8 +83,8 @@ fn ruptures_are_those_of_the_definition() {
 
     // Over an area: oblique fronts, and ruptures that do not fill their boxes.
     for (name, scenario, sets, least) in [
-        ("sheet", "sheet-coarse", &SMALL_SHEET[..], [20, 200]),
-        ("body", "body-coarse", &SMALL_BODY[..], [5, 10]),
+        ("sheet", "sheet-coarse", &small::SHEET[..], [20, 200]),
+        ("body", "body-coarse", &small::BODY[..], [5, 10]),
     ] {
         let found = run_and_hold(folder.path(), name, &with_sets(&[scenario], sets));
         let [boxes, speeds] = least;

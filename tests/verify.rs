@@ -10,6 +10,7 @@ use std::io::{Write, stderr};
 use std::path::Path;
 
 use crate::support::binary::{ends, run, text};
+use crate::support::verify::{Verified, verify};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_run::study::Job;
 use asperity_run::{at_once, detectors};
@@ -17,7 +18,6 @@ use asperity_simulator::Plain;
 use asperity_study::Study;
 use asperity_testkit::equality::{NearTie, beyond_switch, rounding_reach, step_after};
 use asperity_testkit::run_end;
-use asperity_testkit::verify::{Verified, verify};
 use serde_json::Value;
 
 /// Environment variables: a pipeline to compare instead of the beginnings of Chapter 5, and the seconds of simulated time

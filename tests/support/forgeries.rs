@@ -4,6 +4,7 @@
 mod messages;
 mod own;
 
+use asperity_record::BulkRecord;
 use mcap::records::op;
 
 use crate::laws::file;
@@ -61,6 +62,13 @@ impl Forgery {
         }
         self
     }
+}
+
+/// The message of a binary record after a change.
+pub(crate) fn changed<R: BulkRecord>(message: &[u8], change: impl FnOnce(&mut R)) -> Vec<u8> {
+    let mut record = R::of_message(message).expect("it is a message of the record");
+    change(&mut record);
+    record.to_message()
 }
 
 /// A sound log, and the forgeries derived from it.

@@ -122,21 +122,15 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
     let files = to.files(paths.iter().filter(|path| path.is_file()))?;
     let mut sources = Vec::new();
     let mut codes = Vec::new();
-    let mut end = |outcome: Result<(), Failure>| {
-        if let Err(failure) = outcome {
-            exit::report(&failure);
-            codes.push(failure.code());
-        }
-    };
     for path in paths {
         let number = sources.len() + 1;
         let read = if path.join(FILE).exists() { of_study } else { of_log };
         match read(path, number, *quick, board) {
             Ok((source, outcome)) => {
                 sources.push(source);
-                end(outcome);
+                codes.push(exit::told(outcome));
             }
-            Err(failure) => end(Err(failure)),
+            Err(failure) => codes.push(exit::told(Err(failure))),
         }
     }
     if !sources.is_empty() {

@@ -17,7 +17,7 @@ use crate::outputs::refused;
 use crate::progress::Board;
 use crate::reading::{self, Reading};
 use crate::terminal::say;
-use crate::verdict_exit;
+use crate::{summary, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -86,7 +86,7 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     let paths: Vec<PathBuf> = kinds.iter().flat_map(|kind| target.files(*kind)).collect();
     files.reserve(paths).map_err(not_written)?;
 
-    let name = run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
+    let name = summary::name(run);
     let mut figures: Vec<OneFigure> = Vec::new();
     let begin = |log: &OpenLog| {
         let nothing = RequiredData::NOTHING;

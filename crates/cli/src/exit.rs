@@ -146,6 +146,13 @@ pub(crate) fn report(failure: &Failure) {
     }
 }
 
+/// The code of an outcome; a failure is printed.
+pub(crate) fn told(outcome: Result<(), Failure>) -> Code {
+    let Err(failure) = outcome else { return Code::Success };
+    report(&failure);
+    failure.code()
+}
+
 /// Processes several items, `jobs` of them in parallel (None for one per core), and returns the
 /// results in order. If one of several fails, it is reported, its result is the exit code, and the
 /// others continue; invalid input stops all.

@@ -10,7 +10,7 @@ use asperity_numbers::run_data::Collector;
 use asperity_record::{counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, OpenLog, StatesError, Verdict};
-use asperity_tables::format::State;
+use asperity_tables::format::DAMAGED;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
@@ -194,7 +194,7 @@ fn export_one(
     let mut exporting = (export, board.steps(&request.name, header.steps, duration_s));
     let checked = log.check(&mut exporting);
     let (mut export, progress) = exporting;
-    progress.clear();
+    drop(progress);
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
@@ -223,7 +223,7 @@ fn export_one(
         export.nodes(&rows).map_err(failure)?;
     }
     let problem = checked.problem.as_ref().map(ToString::to_string);
-    let Report { files, ran, left_out } = export.finish(state(checked.verdict), problem).map_err(failure)?;
+    let Report { files, ran, left_out } = export.finish(checked.verdict.word(), problem).map_err(failure)?;
     for (path, rows) in files {
         match rows {
             Some(rows) => terminal::say(format_args!("{}: {}", path.display(), counted(rows, "row")))?,
@@ -241,7 +241,7 @@ fn export_one(
     match ran {
         Ran { problem: Some(problem), last_step, last_s, state } => {
             // The export detects damage that the check accepts, such as a column that comes and goes.
-            let verdict = if state == State::Damaged { Verdict::Damaged } else { checked.verdict };
+            let verdict = if state == DAMAGED { Verdict::Damaged } else { checked.verdict };
             Err(Failure::Log(
                 verdict,
                 format!(
@@ -312,7 +312,7 @@ fn vtk(
     let header = log.header();
     let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
     let checked = log.check(&mut progress);
-    progress.clear();
+    drop(progress);
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
@@ -390,18 +390,6 @@ fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(StatesError
             StatesError::Log(_) | StatesError::Stopped(_) => Failure::failed(said),
             _ => Failure::BadInput(said),
         }
-    }
-}
-
-/// The verdict on the log, for the record beside its tables.
-fn state(verdict: Verdict) -> State {
-    match verdict {
-        Verdict::Whole => State::Whole,
-        Verdict::OtherCode => State::OtherCode,
-        Verdict::Incomplete => State::Incomplete,
-        Verdict::Stopped => State::Stopped,
-        Verdict::Salvaged => State::Salvaged,
-        Verdict::NoRunLog | Verdict::Unreadable | Verdict::Damaged => State::Damaged,
     }
 }
 

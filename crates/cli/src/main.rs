@@ -54,12 +54,8 @@ fn main() -> ExitCode {
     interrupt::outlive_the_file_size_limit();
     let outcome = arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
     match outcome {
-        Ok(()) => exit::Code::Success.into(),
         Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),
-        Err(failure) => {
-            exit::report(&failure);
-            failure.code().into()
-        }
+        outcome => exit::told(outcome).into(),
     }
 }
 

@@ -261,9 +261,6 @@ impl RunProgress {
             self.board.tell(|tally| tally.made += more);
         }
     }
-
-    /// Removes the bar.
-    pub(crate) fn clear(self) {}
 }
 
 impl Drop for RunProgress {

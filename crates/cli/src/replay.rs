@@ -17,7 +17,7 @@ use crate::exit::{self, Code, Failure};
 use crate::outputs::{A_FOLDER, fits, must_be_new, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
-use crate::verdict_exit;
+use crate::{summary, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -98,16 +98,11 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
     Code::worst(codes).said()
 }
 
-/// The name of a run's tables: that of its log.
-fn name(run: &Path) -> String {
-    run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 /// Checks that no output would overwrite another file.
 fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
     let mut names: Vec<String> = Vec::new();
     for run in runs {
-        let name = name(run);
+        let name = summary::name(run);
         if names.contains(&name) {
             return Err(Failure::BadInput(format!(
                 "{} is the second run with the name {name}, and its tables would overwrite the tables of \
@@ -176,7 +171,7 @@ impl Output<'_, '_> {
     }
 
     fn finish(self) -> Result<(), Failure> {
-        self.progress.clear();
+        drop(self.progress);
         if let Some(tables) = self.tables {
             tables.finish()?;
         }
@@ -215,21 +210,23 @@ impl Replay<'_> {
         let failed = OnceLock::new();
         let mut output = Output {
             tables: match &self.arguments.out {
-                Some(out) => Some(EventTables::create(&self.files, out, &name(run), replay.kinds())?),
+                Some(out) => {
+                    Some(EventTables::create(&self.files, out, &summary::name(run), replay.kinds())?)
+                }
                 None => None,
             },
             printed: match self.arguments.format {
                 Some(format) => Some(Printed::begin(format, header.parts(), terminal::data())?),
                 None => None,
             },
-            progress: self.board.steps(&name(run), header.steps, duration_s),
+            progress: self.board.steps(&summary::name(run), header.steps, duration_s),
             failed: &failed,
         };
         let replayed = match replay.run(&|| failed.get().is_some(), &mut output) {
             Ok(replayed) if failed.get().is_none() => replayed,
             outcome => {
                 let Output { progress, tables, printed, .. } = output;
-                progress.clear();
+                drop(progress);
                 drop((tables, printed));
                 // A failed write precedes any other error.
                 return Err(match (failed.into_inner(), outcome) {

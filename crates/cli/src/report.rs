@@ -23,9 +23,8 @@ use crate::exit::{self, Code, Failure};
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
 use crate::reading::{self, Reading};
-use crate::study;
 use crate::terminal::say;
-use crate::verdict_exit;
+use crate::{study, summary, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -132,13 +131,12 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
             of[twice].display()
         )));
     }
-    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let stems: BTreeSet<String> = of.iter().map(|path| stem(path)).collect();
+    let names: BTreeSet<String> = of.iter().map(|path| summary::name(path)).collect();
     // Logs of the same name are named by their paths.
-    let is_told_apart = stems.len() == of.len();
+    let is_told_apart = names.len() == of.len();
     let limits = Limits::of_runs(of.len());
     let found = at_once(of, None, |path| {
-        let name = if is_told_apart { stem(path) } else { path.display().to_string() };
+        let name = if is_told_apart { summary::name(path) } else { path.display().to_string() };
         let accept = |checked: &Checked| verdict_exit::must_be_sound(path, checked);
         let (mut run, checked) = run(&name, path, limits, accept)?;
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -148,10 +146,7 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     let mut runs: Vec<Run> = Vec::new();
     let mut codes = Vec::new();
     for (path, (run, checked)) in of.iter().zip(found) {
-        if let Err(failure) = verdict_exit::finish(path, &checked, board) {
-            exit::report(&failure);
-            codes.push(failure.code());
-        }
+        codes.push(exit::told(verdict_exit::finish(path, &checked, board)));
         runs.push(run);
     }
     let title = match runs.as_slice() {

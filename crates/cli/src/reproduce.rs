@@ -101,7 +101,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     if !arguments.force {
         must_be_new(out)?;
     }
-    let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
+    let name = summary::name(&arguments.run);
     let run = &arguments.run;
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let files = FileSet::new(existing, Inputs::of([run]));

@@ -81,10 +81,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
             verdict_exit::finish(run, &checked, board)
         });
-        if let Err(failure) = told {
-            exit::report(&failure);
-            codes.push(failure.code());
-        }
+        codes.push(exit::told(told));
     }
     Code::worst(codes).said()
 }
@@ -111,7 +108,7 @@ fn print(
     }
 }
 
-fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).expect("texts and finite numbers are JSON");
     let mut out = terminal::data();
     writeln!(out, "{text}")?;
@@ -188,7 +185,7 @@ fn notes(summary: &Summary) -> Vec<String> {
 }
 
 /// The name of a run: that of its log.
-fn name(run: &Path) -> String {
+pub(crate) fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 

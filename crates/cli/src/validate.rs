@@ -1,6 +1,6 @@
 //! `asperity scenario validate`.
 
-use std::io::{self, Write};
+use std::io;
 use std::time::Duration;
 
 use asperity_model::{ADVISED_SHARE, Scenario};
@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum};
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::scenario::ScenarioChoice;
+use crate::summary::print_json;
 use crate::{preview, terminal};
 
 #[derive(Debug, Args)]
@@ -41,12 +42,7 @@ pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board
     let is_timed = !board.is_quiet() && scenario.friction.law.sticks();
     let forecast = if is_timed { forecast.with_plain_solver(scenario, TRIAL) } else { forecast };
     match format {
-        ForecastFormat::Json => {
-            let text = serde_json::to_string_pretty(&forecast).expect("texts and finite numbers are JSON");
-            let mut out = terminal::data();
-            writeln!(out, "{text}")?;
-            out.flush()?;
-        }
+        ForecastFormat::Json => print_json(&forecast)?,
         ForecastFormat::Text => {
             say(scenario, &forecast)?;
             if let Some(time_s) = forecast.plain_solver_s {

@@ -55,7 +55,7 @@ macro_rules! scenario {
             pub(crate) fn values(&self) -> Vec<Value> {
                 let mut values = vec![self.name.as_str().into(), self.summary.as_str().into()];
                 values.push(section::value(&self.parameter_set));
-                $(self.$section.append(&mut values);)+
+                $(values.extend(self.$section.values());)+
                 values
             }
 
@@ -230,9 +230,7 @@ impl Scenario {
         };
         let mut lines = self.differing("", &KEYS, &self.values());
         for (index, window) in self.recording.window.iter().enumerate() {
-            let mut values = Vec::new();
-            window.append(&mut values);
-            lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::keys(), &values));
+            lines.extend(self.differing(&format!("{WINDOW}.{index}."), Window::keys(), &window.values()));
         }
         lines.retain(|(path, _)| enters(path));
         lines.sort_unstable();

@@ -4,7 +4,7 @@ use asperity_record::Contacts;
 
 /// The creep front over time: the farthest block such that it and all blocks before it have slid; over an
 /// area the farthest column of which this is true of all contacts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct CreepFront {
     contacts: Contacts,
     slid: Vec<bool>,

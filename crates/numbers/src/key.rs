@@ -1,7 +1,7 @@
 //! The names of the numbers of a run, each declared once for files that ask for it, JSON, its schema,
 //! tables and the page that explains them.
 
-use asperity_record::{Column, ColumnKind};
+use asperity_record::Column;
 
 use crate::convergence::Convergence;
 
@@ -32,25 +32,6 @@ impl Key {
     }
 }
 
-/// A type of values in a summary.
-pub(crate) trait FieldValue {
-    const KIND: ColumnKind;
-}
-
-macro_rules! field_values {
-    ($($type:ty: $kind:ident),+) => {
-        $(impl FieldValue for $type {
-            const KIND: ColumnKind = ColumnKind::$kind;
-        })+
-    };
-}
-
-field_values!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
-
-impl<T: FieldValue> FieldValue for Option<T> {
-    const KIND: ColumnKind = T::KIND;
-}
-
 /// A [`Key`], of its group with the class of its numbers, its own class if that is another one, its name, type, meaning
 /// and attributes.
 macro_rules! key {
@@ -70,10 +51,10 @@ macro_rules! key {
         $crate::convergence::Convergence::$own
     };
     (@column $name:expr, $type:ty, $about:expr) => {
-        ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
+        ::asperity_record::Column::new($name, <$type as ::asperity_record::CellValue>::KIND, $about)
     };
     (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
-        ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
+        ::asperity_record::Column::with_unit($name, <$type as ::asperity_record::CellValue>::KIND, $unit, $about)
     };
 }
 

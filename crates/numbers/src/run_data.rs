@@ -254,14 +254,9 @@ impl RunEvents {
     /// # Errors
     /// In words, if the scenario has no such key.
     pub fn parameter(&self, key: &str) -> Result<f64, String> {
-        let text = self.scenario.to_commented_toml();
-        let scenario: toml::Table = toml::from_str(&text).map_err(|error| error.to_string())?;
-        let mut value = Some(toml::Value::Table(scenario));
-        for part in key.split('.') {
-            value = value.and_then(|value| value.get(part).cloned());
-        }
-        let number =
-            value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|count| count as f64)));
+        let stated = self.scenario.stated().find(|(of, _)| of.path == key);
+        let number = stated
+            .and_then(|(_, value)| value.as_float().or_else(|| value.as_integer().map(|count| count as f64)));
         number.ok_or_else(|| {
             format!("parameter {key:?} is not accepted (accepted: a scenario key that holds a number)")
         })

@@ -28,6 +28,7 @@ const FEWEST_INTERVALS: usize = 4;
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
 /// wide raw events, and the steps of all raw events.
+#[derive(Default)]
 pub struct Summarizer {
     pub(crate) name: String,
     pub(crate) header: RunHeader,
@@ -90,30 +91,10 @@ impl Summarizer {
             // With both ends pulled, F_T is a difference; lattices have no such theory.
             length_law: scenario.and_then(law),
             driven: plan.filter(is_even).map(Box::new),
-            last_step: 0,
-            driving_forces_n: None,
-            energy: None,
-            records: 0,
-            switches: 0,
-            detachments: 0,
-            largest_ft_fn: None,
-            pulls_both_ways: false,
             creep: CreepFront::new(header.contacts()),
             raw: RawEvents::new(header.blocks),
-            unloaded: Unloaded::default(),
-            growth: RuptureGrowth::default(),
-            global: Vec::new(),
-            ruptures: 0,
-            wide: 0,
-            overlapping: 0,
-            open: 0,
-            largest_slip_m: None,
-            magnitudes: Magnitudes::default(),
-            peak_velocity_m_per_s: None,
             slip_m: Some(0.0),
-            has_ruptures: false,
-            end: None,
-            sizes: None,
+            ..Summarizer::default()
         }
     }
 

@@ -37,9 +37,6 @@ pub const MOST_SCHEMA_BYTES: usize = 1 << 20;
 /// of some two thousand bytes.
 pub const MOST_CHANNELS: usize = 1000;
 
-/// Most schemas: one for each channel.
-pub const MOST_SCHEMAS: usize = MOST_CHANNELS;
-
 /// The longest topic, in bytes: it is repeated in counts, digests and names of files.
 pub const LONGEST_TOPIC_BYTES: usize = 256;
 
@@ -70,9 +67,6 @@ pub const MOST_RUNS: u64 = 1_000_000;
 /// The longest result of a run in a segment, unpacked. A summary has some three thousand bytes, an event some hundred.
 pub const LONGEST_RESULT_BYTES: usize = 1 << 27;
 
-/// The longest reason of a failed run.
-pub const LONGEST_REASON_BYTES: usize = 1 << 16;
-
 /// Most values of a course, which a log stores as text.
 pub const MOST_COURSE_VALUES: usize = 200_000;
 
@@ -84,31 +78,15 @@ pub const LEAST_MAGNITUDE: f64 = 1e-30;
 pub const MOST_MAGNITUDE: f64 = 1e30;
 
 /// A TOML text that is too long to be parsed.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TooLong {
     /// The number of bytes is above [`LONGEST_TOML_BYTES`].
+    #[error("a TOML text of {0} bytes (accepted: up to {LONGEST_TOML_BYTES})")]
     Bytes(usize),
     /// The number of marks is above [`MOST_TOML_MARKS`].
+    #[error("a TOML text of more than {MOST_TOML_MARKS} keys, values and lines (accepted: fewer)")]
     Marks,
 }
-
-impl std::fmt::Display for TooLong {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            TooLong::Bytes(bytes) => {
-                write!(f, "a TOML text of {bytes} bytes (accepted: up to {LONGEST_TOML_BYTES})")
-            }
-            TooLong::Marks => {
-                write!(
-                    f,
-                    "a TOML text of more than {MOST_TOML_MARKS} keys, values and lines (accepted: fewer)"
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for TooLong {}
 
 /// Checks that a text is short enough to be parsed as TOML.
 ///

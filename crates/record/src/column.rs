@@ -297,8 +297,8 @@ impl fmt::Display for Cell {
     }
 }
 
-/// A type of cell values: that of a field of a [`payload!`](crate::payload).
-pub trait CellValue: Copy {
+/// A type of cell values: that of a field of a [`payload!`](crate::payload) or of a summary.
+pub trait CellValue {
     /// The kind of its columns.
     const KIND: ColumnKind;
     /// Whether its cells may be empty.
@@ -341,6 +341,14 @@ impl CellValue for bool {
     #[inline]
     fn cell(self) -> Cell {
         Cell::Flag(self)
+    }
+}
+
+impl CellValue for String {
+    const KIND: ColumnKind = ColumnKind::Word;
+
+    fn cell(self) -> Cell {
+        Cell::word(&self)
     }
 }
 

@@ -18,7 +18,7 @@ use std::ops::RangeInclusive;
 /// // A number alone is that of blocks in one row.
 /// assert_eq!(Contacts::from(24).around(6).collect::<Vec<u32>>(), [5, 6, 7]);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Contacts {
     columns: u32,
     rows: u32,

@@ -12,7 +12,7 @@ use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
 pub const RECORD_SCHEMA_VERSION: u32 = 7;
 
 /// What a run is, known before it starts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunHeader {
     /// [`RECORD_SCHEMA_VERSION`] of the program that wrote the run.

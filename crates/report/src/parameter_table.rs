@@ -4,7 +4,7 @@ use asperity_model::Scenario;
 use asperity_model::law::laws::FrictionLaw;
 use asperity_model::scenario::keys::{self, KEYS, Key};
 use asperity_record::unit_of;
-use toml::{Table, Value};
+use toml::Value;
 
 use crate::html::markup::{self, Cell, Row, table, text};
 use crate::symbols::{lettered, number, rounded, symbol};
@@ -18,15 +18,7 @@ const NAMES: [&str; 2] = ["name", "summary"];
 impl Parameters {
     /// Those of a scenario, without keys that its friction law does not use.
     pub(crate) fn of(scenario: &Scenario) -> Parameters {
-        let toml: Table = toml::from_str(&scenario.to_commented_toml())
-            .expect("a scenario is written as the TOML that it is read from");
-        let value = |key: &Key| {
-            let mut parts = key.path.split('.');
-            let first = toml.get(parts.next()?)?;
-            parts.try_fold(first, |value, part| value.get(part)).cloned()
-        };
-        let keys = KEYS.iter().filter(|key| !NAMES.contains(&key.path));
-        Parameters(keys.filter_map(|key| Some((key, value(key)?))).collect())
+        Parameters(scenario.stated().filter(|(key, _)| !NAMES.contains(&key.path)).collect())
     }
 
     /// Whether a key concerns something that another one disables.

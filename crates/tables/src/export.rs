@@ -13,7 +13,7 @@ use asperity_record::{Cell, Column, Event, EventKind, Observer, Record, RunHeade
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::format::{Format, State};
+use crate::format::{DAMAGED, Format};
 use crate::rows::NodeRows;
 use crate::run_tables::{ChoiceError, Chosen, RunTables};
 use crate::table::Table;
@@ -64,7 +64,7 @@ pub struct Report {
 #[derive(Debug)]
 pub struct Ran {
     /// The state of the log.
-    pub state: State,
+    pub state: &'static str,
     /// The last step.
     pub last_step: u64,
     /// Its time, s.
@@ -141,18 +141,18 @@ impl Export {
         self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
 
-    /// Writes the files from the observed part of the log, with its state and the reason if it is
+    /// Writes the files from the observed part of the log, with its state in a word and the reason if it is
     /// incomplete: for an incomplete or damaged log the sound part, for a salvaged one everything outside
     /// its gaps.
     ///
     /// # Errors
     /// If a file cannot be written, or its name is in use by now. Then no files are left.
-    pub fn finish(mut self, state: State, problem: Option<String>) -> Result<Report, ExportError> {
+    pub fn finish(mut self, state: &'static str, problem: Option<String>) -> Result<Report, ExportError> {
         if let Some(error) = self.failed.take() {
             return Err(error);
         }
         let (state, problem) = match self.tables.problem() {
-            Some(problem) => (State::Damaged, Some(problem.to_owned())),
+            Some(problem) => (DAMAGED, Some(problem.to_owned())),
             None => (state, problem),
         };
         let last_step = self.tables.last_step();
@@ -262,7 +262,7 @@ struct Manifest<'a> {
 
 #[derive(Serialize)]
 struct LogState<'a> {
-    state: State,
+    state: &'static str,
     last_step: u64,
     last_s: f64,
     problem: Option<&'a str>,

@@ -54,25 +54,5 @@ pub(crate) trait TableWriter {
     fn finish(self: Box<Self>, about: &[(String, String)]) -> io::Result<()>;
 }
 
-/// The state of a log, as stated in tables derived from it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-pub enum State {
-    /// The log is complete.
-    #[serde(rename = "whole")]
-    Whole,
-    /// So it does, and another version of the program or other detectors made it.
-    #[serde(rename = "by other code or detectors")]
-    OtherCode,
-    /// It ends before its run does.
-    #[serde(rename = "incomplete")]
-    Incomplete,
-    /// It contains all of a run that was stopped because it could not continue.
-    #[serde(rename = "stopped")]
-    Stopped,
-    /// It was salvaged from a damaged log, and may have gaps.
-    #[serde(rename = "salvaged with gaps")]
-    Salvaged,
-    /// It is damaged, and everything after the damage is left out.
-    #[serde(rename = "damaged")]
-    Damaged,
-}
+/// The state of a damaged log: everything after the damage is left out of its tables.
+pub const DAMAGED: &str = "damaged";

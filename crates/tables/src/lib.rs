@@ -16,7 +16,7 @@
 //! use asperity_files::{Existing, Inputs};
 //! use asperity_record::{EventKind, SlipEvent};
 //! use asperity_run::OpenLog;
-//! use asperity_tables::format::{Format, State};
+//! use asperity_tables::format::Format;
 //! use asperity_tables::run_tables::Chosen;
 //! use asperity_tables::{Export, Request, name_of};
 //!
@@ -41,7 +41,7 @@
 //! let kinds = [EventKind::of::<SlipEvent>()];
 //! let mut export = Export::begin(header, scenario_toml, &schemas, request, &kinds, Format::Csv)?;
 //! assert!(log.check(&mut export).verdict.holds_all());
-//! let report = export.finish(State::Whole, None)?;
+//! let report = export.finish("whole", None)?;
 //! let (path, rows) = &report.files[0];
 //! let table = std::fs::read_to_string(path)?;
 //! assert!(table.starts_with("onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end"));

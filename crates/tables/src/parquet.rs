@@ -142,7 +142,7 @@ mod tests {
 
     use super::{in_words_of_panic, start_threads};
     use crate::export::about;
-    use crate::format::{Format, State};
+    use crate::format::{DAMAGED, Format};
     use crate::layout::{StepParts, record_tables};
 
     /// Doubles that a format that rounds, or that writes decimals, would lose.
@@ -174,7 +174,7 @@ mod tests {
         let (scenario_hash, code_version) = ("5c".to_owned(), "c0de".to_owned());
         let header = RunHeader { scenario_hash, code_version, time_step_s: 1e-7, ..run_header() };
         let source = serde_json::json!({
-            "topic": table.name, "log": State::Damaged, "last_step": 8, "from_s": 0.5, "to_s": null,
+            "topic": table.name, "log": DAMAGED, "last_step": 8, "from_s": 0.5, "to_s": null,
         });
         writer.finish(&about(&header, source)).unwrap();
 

@@ -10,7 +10,7 @@ use asperity_record::{
 };
 use asperity_run::OpenLog;
 use asperity_runlog::{Content, RunWriter};
-use asperity_tables::format::{Format, State};
+use asperity_tables::format::{DAMAGED, Format};
 use asperity_tables::run_tables::{ChoiceError, Chosen};
 use asperity_tables::{Export, ExportError, Report, Request};
 use asperity_testkit::{quiet_step, run_header};
@@ -91,7 +91,7 @@ fn export(log: &Path, request: Request, kinds: &[EventKind]) -> Report {
     let log = OpenLog::open(log).unwrap();
     let mut export = begin(&log, request, kinds).unwrap();
     assert!(log.check(&mut export).verdict.holds_all());
-    export.finish(State::Whole, None).unwrap()
+    export.finish("whole", None).unwrap()
 }
 
 fn table(folder: &Path, topic: &str) -> String {
@@ -174,7 +174,7 @@ fn a_step_of_other_columns_ends_the_tables_as_damage() {
     for record in [step(1, None), step(2, Some([0.0; 2])), step(3, None)] {
         export.record(&record);
     }
-    let ran = export.finish(State::Whole, None).unwrap().ran;
-    assert_eq!((ran.state, ran.last_step), (State::Damaged, 1));
+    let ran = export.finish("whole", None).unwrap().ran;
+    assert_eq!((ran.state, ran.last_step), (DAMAGED, 1));
     assert!(ran.problem.unwrap().starts_with("step 2: the forces on the ends differ"));
 }

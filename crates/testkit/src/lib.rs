@@ -25,21 +25,19 @@ extern crate self as asperity_testkit;
 mod direct_junctions;
 pub mod equality;
 mod grey;
-pub mod kinds;
 mod logs;
 pub mod made_up;
 mod plans;
 mod random;
 mod records;
 mod reference;
-pub mod verify;
 
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
 pub use logs::{first_stray, read_log, read_until_problem, run_end};
-pub use plans::{SMALL_BODY, SMALL_SHEET, SMALL_SLAB, plan, scenario};
+pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;
-pub use records::{balance_j, changed, quiet_step, run_header, rupture, slip_event, switch};
+pub use records::{quiet_step, run_header, rupture, slip_event, switch};
 pub use reference::reference;
 
 /// A temporary folder, removed when the value is dropped.

@@ -1,22 +1,14 @@
 //! Made-up records and events: fields that do not matter to a test are 0 or follow from the others; it sets
-//! the rest with `..`. And the balance of recorded energies.
+//! the rest with `..`.
 
 use std::ops::RangeInclusive;
 
 use asperity_record::{
-    BulkRecord, Direction, Energy, RECORD_SCHEMA_VERSION, Record, RunHeader, Rupture, Scales, SlipEvent,
-    StepRecord, Switch,
+    Direction, Energy, RECORD_SCHEMA_VERSION, RunHeader, Rupture, Scales, SlipEvent, StepRecord, Switch,
 };
 
 /// Normal load of the steps made up here.
 const NORMAL_LOAD_N: f64 = 100.0;
-
-/// The message of a binary record after a change.
-pub fn changed<R: BulkRecord>(message: &[u8], change: impl FnOnce(&mut R)) -> Vec<u8> {
-    let mut record = R::of_message(message).expect("it is a message of the record");
-    change(&mut record);
-    record.to_message()
-}
 
 /// The header of a run of two blocks as coded, in nine steps of half a second.
 pub fn run_header() -> RunHeader {
@@ -112,18 +104,4 @@ pub fn rupture(onset_step: u64, end_step: Option<u64>, blocks: RangeInclusive<u3
         detachments: 1 + u64::from(last_block - first_block),
         ..Rupture::default()
     }
-}
-
-/// How far the energies are out of balance in any record, and the largest of them.
-pub fn balance_j(records: &[Record]) -> (f64, f64) {
-    let of = |record: &Record| match record {
-        Record::Step(step) => Some(step.energy),
-        _ => None,
-    };
-    let energies: Vec<Energy> = records.iter().filter_map(of).collect();
-    let start_j = energies[0].balance_j();
-    energies.iter().fold((0.0, 0.0), |(off, most), energy| {
-        let largest = energy.parts().fold(most, |most: f64, (_, part_j)| most.max(part_j.abs()));
-        (f64::max(off, (energy.balance_j() - start_j).abs()), largest)
-    })
 }

@@ -1,11 +1,10 @@
 //! Forged messages: their contents, their order, and the events among them.
 
 use asperity_record::{BulkRecord, FieldRecord, WindowRecord};
-use asperity_testkit::changed;
 use mcap::records::op;
 
 use super::Verdict::{Damaged, Whole};
-use super::{Forge, named, payload};
+use super::{Forge, changed, named, payload};
 use crate::laws::parts::Part;
 use crate::laws::thin::{messages, renumber};
 

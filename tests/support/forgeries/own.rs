@@ -4,11 +4,10 @@
 use std::collections::BTreeMap;
 
 use asperity_record::FieldRecord;
-use asperity_testkit::changed;
 use mcap::records::op;
 use serde_json::{Value, json};
 
-use super::{Forge, Forgery, named, payload};
+use super::{Forge, Forgery, changed, named, payload};
 use crate::laws::parts::Part;
 use crate::laws::thin::{messages, renumber};
 

@@ -11,7 +11,7 @@ use crate::plan::ledger::Ledger;
 use crate::plan::state::SliderState;
 use crate::scenario::Scenario;
 use crate::scenario::profile::{Wrong, columns, is_by_block};
-use crate::scenario::rules::Refusal;
+use crate::scenario::rules::{Refusal, lists_ascend};
 use crate::scenario::source::Refusals;
 
 /// The columns of a table.
@@ -26,21 +26,17 @@ const LISTS: [&str; 4] = [
 ];
 
 impl Scenario {
-    /// The keys that a run shares with the one in whose state it begins, and their values as written.
-    pub fn keys_of_states(&self) -> Vec<(String, String)> {
-        self.state_keys().into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
-    }
-
     /// The first of these keys that has another value than in [`Scenario::keys_of_states`] of another run: the key,
     /// the value there, and the one here.
-    pub fn differs_in(&self, there: &[(String, String)]) -> Option<(&'static str, String, String)> {
-        self.state_keys().into_iter().find_map(|(key, here)| {
-            let (_, there) = there.iter().find(|(name, _)| name == key)?;
+    pub fn differs_in(&self, there: &[(impl AsRef<str>, String)]) -> Option<(&'static str, String, String)> {
+        self.keys_of_states().into_iter().find_map(|(key, here)| {
+            let (_, there) = there.iter().find(|(name, _)| name.as_ref() == key)?;
             (*there != here).then(|| (key, there.clone(), here))
         })
     }
 
-    fn state_keys(&self) -> [(&'static str, String); 13] {
+    /// The keys that a run shares with the one in whose state it begins, and their values as written.
+    pub fn keys_of_states(&self) -> [(&'static str, String); 13] {
         let (slider, friction) = (&self.slider, &self.friction);
         [
             ("slider.blocks", slider.blocks.to_string()),
@@ -239,54 +235,42 @@ fn checksum(json: &str) -> String {
 }
 
 /// Checks the keys of `[initial]` against each other and the slider.
-pub(crate) fn refused(scenario: &Scenario) -> Vec<Refusal> {
+pub(crate) fn states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (initial, slider) = (&scenario.initial, &scenario.slider);
-    let mut refused = Vec::new();
-    let mut refuse = |key, problem: String, accepted: &str| refused.push((key, problem, accepted.to_owned()));
     let of_log = !initial.from.is_empty() || !initial.state.is_empty();
     if !initial.is_given() {
         if initial.at_s != 0.0 {
             let problem = format!("{} is the time of a state, and none is given", initial.at_s);
             let accepted = "0, or a state in initial.from, initial.state_csv or initial.displacement_m";
-            refuse("initial.at_s", problem, accepted);
+            refusals.refuse("initial.at_s", problem, accepted);
         }
-        return refused;
+        return;
     }
     if of_log {
         let is_table = !initial.state_csv.is_empty();
         let others = [("initial.state_csv", is_table), ("initial.displacement_m", initial.has_lists())];
         for (key, _) in others.into_iter().filter(|(_, is_there)| *is_there) {
             let accepted = "none, or no initial.from and initial.state";
-            refuse(key, "the state is that of a log already".to_owned(), accepted);
+            refusals.refuse(key, "the state is that of a log already", accepted);
         }
-        return refused;
+        return;
     }
     let lists = "a chain with interfacial-springs, rigid or velocity-weakening; initial.from for others";
     let key = if initial.state_csv.is_empty() { "initial.displacement_m" } else { "initial.state_csv" };
     if slider.is_lattice() {
         let what = scenario.elastic().table.name;
-        refuse(key, format!("a row for each block does not give the state of a {what}"), lists);
+        refusals.refuse(key, format!("a row for each block does not give the state of a {what}"), lists);
     }
     if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
         let law = scenario.friction.law.word();
         let problem = format!("contacts with friction.law = {law:?} have more state than these columns");
-        refuse(key, problem, lists);
+        refusals.refuse(key, problem, lists);
     }
     if initial.has_lists() && initial.displacement_m.is_empty() {
-        let problem = "none, beside other lists of a state".to_owned();
-        refuse("initial.displacement_m", problem, "one for each block");
+        let problem = "none, beside other lists of a state";
+        refusals.refuse("initial.displacement_m", problem, "one for each block");
     }
-    let sliding = &initial.sliding_blocks;
-    let is_next = |at: usize| {
-        let (block, ascends) = (sliding[at], at == 0 || sliding[at - 1] < sliding[at]);
-        block.fract() == 0.0 && block <= f64::from(slider.blocks) && ascends
-    };
-    if let Some(at) = (0..sliding.len()).find(|at| !is_next(*at)) {
-        let problem = format!("entry {} is {}", at + 1, sliding[at]);
-        let accepted = format!("ascending whole numbers from 1 to {}", slider.blocks);
-        refuse("initial.sliding_blocks", problem, &accepted);
-    }
-    refused
+    lists_ascend([("initial.sliding_blocks", &initial.sliding_blocks)], slider.blocks, refusals);
 }
 
 /// Reads the state from its log or its table, unless the scenario holds it.

@@ -48,6 +48,11 @@ pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     .concat()
 });
 
+/// The place of a key in [`KEYS`].
+pub(crate) fn place(path: &str) -> usize {
+    KEYS.iter().position(|key| key.path == path).expect("it is a key")
+}
+
 /// The key of this path, also where it only stands for another.
 pub fn named(path: &str) -> Option<&'static Key> {
     KEYS.iter().chain(STAND_INS.iter()).find(|key| key.path == path)

@@ -11,7 +11,7 @@ use toml::Value;
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
 use crate::scenario::key::{Key, Need};
-use crate::scenario::keys::KEYS;
+use crate::scenario::keys::{KEYS, place};
 use crate::scenario::source::{LayerKind, Refusals};
 use crate::scenario::stand_ins::{self, STAND_INS};
 
@@ -30,7 +30,6 @@ static LACKED: LazyLock<Vec<(FrictionLaw, Vec<usize>)>> = LazyLock::new(|| {
 /// values are refused in scenarios and ignored in logs.
 pub(crate) fn decide_by_law(values: &mut [Value], refusals: &mut Refusals<'_>) {
     let entries = refusals.entries;
-    let place = |path: &str| KEYS.iter().position(|key| key.path == path).expect("it is a key");
     let law: FrictionLaw =
         values[place("friction.law")].clone().try_into().expect("the word is that of a law");
     let (_, lacked) = LACKED.iter().find(|(of, _)| *of == law).expect("all laws are there");

@@ -31,7 +31,7 @@ const RULES: &[Rule] = &[
     drives_move_backwards_by_the_two_way_rule,
     one_of_two_is_zero,
     courses::courses_ascend_from_the_start,
-    given_states_are_of_one_kind,
+    given_state::states_are_of_one_kind,
     lists_have_a_number_for_each_block,
     lists_of_blocks_ascend,
     every_block_has_ordered_coefficients,
@@ -166,12 +166,6 @@ fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut
     }
 }
 
-fn given_states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    for (key, problem, accepted) in given_state::refused(scenario) {
-        refusals.refuse(key, problem, accepted);
-    }
-}
-
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.contacts() as usize;
     let others = [
@@ -195,11 +189,26 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
 }
 
 fn lists_of_blocks_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let (blocks, prestress) = (scenario.slider.contacts(), &scenario.prestress);
-    for (key, list) in [
-        ("friction.stuck_blocks", &scenario.friction.stuck_blocks),
+    let prestress = &scenario.prestress;
+    let lists = [
+        ("friction.stuck_blocks", scenario.friction.stuck_blocks.as_slice()),
         ("prestress.from_blocks", &prestress.from_blocks),
-    ] {
+    ];
+    lists_ascend(lists, scenario.slider.contacts(), refusals);
+    let [from, ratios] = [&prestress.from_blocks, &prestress.from_blocks_ratio].map(Vec::len);
+    if from != ratios {
+        let problem = format!("{} at {}", counted(ratios as u64, "ratio"), counted(from as u64, "block"));
+        refusals.refuse("prestress.from_blocks_ratio", problem, "as many as prestress.from_blocks");
+    }
+}
+
+/// Refuses lists of blocks that do not ascend or name others than there are.
+pub(crate) fn lists_ascend<const N: usize>(
+    lists: [(&str, &[f64]); N],
+    blocks: u32,
+    refusals: &mut Refusals<'_>,
+) {
+    for (key, list) in lists {
         let is_next = |at: usize| {
             let n = list[at];
             n.fract() == 0.0 && n <= f64::from(blocks) && (at == 0 || list[at - 1] < n)
@@ -208,11 +217,6 @@ fn lists_of_blocks_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
             let problem = format!("entry {} is {}", at + 1, list[at]);
             refusals.refuse(key, problem, format!("ascending whole numbers from 1 to {blocks}"));
         }
-    }
-    let [from, ratios] = [&prestress.from_blocks, &prestress.from_blocks_ratio].map(Vec::len);
-    if from != ratios {
-        let problem = format!("{} at {}", counted(ratios as u64, "ratio"), counted(from as u64, "block"));
-        refusals.refuse("prestress.from_blocks_ratio", problem, "as many as prestress.from_blocks");
     }
 }
 

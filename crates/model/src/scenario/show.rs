@@ -4,13 +4,13 @@ use std::ops::Bound;
 
 use asperity_record::TimeGrid;
 use asperity_record::bounds::{LONGEST_TOML_BYTES, check_toml};
+use toml::Value;
 
 use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
 use crate::scenario::Scenario;
 use crate::scenario::choices::ParameterSet;
-use crate::scenario::keys::{KEYS, Key, Kind};
-use crate::scenario::keys::{WINDOW, Window};
+use crate::scenario::keys::{KEYS, Key, Kind, WINDOW, Window};
 use crate::scenario::meaning;
 use crate::scenario::source::{Entries, ScenarioError};
 use crate::scenario::stand_ins;
@@ -59,9 +59,7 @@ impl Scenario {
         }
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
-            let mut values = Vec::new();
-            window.append(&mut values);
-            for (key, found) in Window::keys().iter().zip(&values) {
+            for (key, found) in Window::keys().iter().zip(&window.values()) {
                 comment_and_value(&mut out, key, key.path, found, None);
             }
         }
@@ -70,6 +68,13 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// The keys that its text states, with their values: all but those that its friction law decides.
+    pub fn stated(&self) -> impl Iterator<Item = (&'static Key, Value)> {
+        let law = self.friction.law;
+        let all = KEYS.iter().zip(self.values());
+        all.filter(move |(key, value)| !meaning::is_decided_by_law(key.path, law, value))
+    }
+
     /// Lists what is drawn for each contact, so that other programs need no generator. Logs have it as a table, which
     /// nothing reads here; what is edited has it as comments.
     fn write_drawn(&self, out: &mut String, start: &str) {

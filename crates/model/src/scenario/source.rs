@@ -361,14 +361,6 @@ impl fmt::Display for ScenarioError {
 }
 
 /// Everything that is wrong with a scenario, in the order of the keys.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", .0.iter().map(ScenarioError::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ScenarioErrors(pub Vec<ScenarioError>);
-
-impl fmt::Display for ScenarioErrors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines: Vec<String> = self.0.iter().map(ScenarioError::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
-}
-
-impl std::error::Error for ScenarioErrors {}

@@ -11,7 +11,7 @@ use toml::Value;
 use crate::body::elastic::gaps;
 use crate::scenario::defaults::unusable;
 use crate::scenario::key::{AS_CODED, Key, Need, POSITIVE};
-use crate::scenario::keys::{self, KEYS, Slider};
+use crate::scenario::keys::{self, KEYS, Slider, place};
 use crate::scenario::source::{Entries, Refusals, ScenarioSource};
 
 /// The mass of the slider.
@@ -79,12 +79,11 @@ pub(super) fn replace(source: &ScenarioSource, values: &mut [Value], refusals: &
         let accepted = format!("one of {stand_in} and {key}");
         refusals.refuse(stand_in, format!("{key} is given as well, and each determines the other"), accepted);
     }
-    let at = |path: &str| KEYS.iter().position(|key| key.path == path).expect("it is a key");
-    let number = |path: &str| values[at(path)].as_float().expect("a checked number");
-    let mass_kg = mass_kg(source, values[at("parameter_set")].as_str() == Some(AS_CODED));
+    let number = |path: &str| values[place(path)].as_float().expect("a checked number");
+    let mass_kg = mass_kg(source, values[place("parameter_set")].as_str() == Some(AS_CODED));
     let of_mass = if entries.has(DENSITY) { DENSITY } else { MASS };
     let mass = (mass_kg != number(MASS)).then_some((MASS, of_mass, mass_kg));
-    let blocks = values[at("slider.blocks")].as_integer().expect("a checked count");
+    let blocks = values[place("slider.blocks")].as_integer().expect("a checked count");
     let spacing_m = number(SIDES[0]) / gaps(blocks as usize) as f64;
     let ratio = entries.number(DECAY_LENGTH).map(|length_m| (spacing_m / length_m).powi(2));
     for (path, of, value) in mass.into_iter().chain(ratio.map(|ratio| (STIFFNESS_RATIO, DECAY_LENGTH, ratio)))
@@ -94,7 +93,7 @@ pub(super) fn replace(source: &ScenarioSource, values: &mut [Value], refusals: &
         match unusable(POSITIVE, value) {
             Some((problem, accepted)) if path == of => refusals.refuse(of, problem, accepted),
             Some((problem, accepted)) => refusals.refuse(of, format!("{path}: {problem}"), accepted),
-            None => values[at(path)] = Value::Float(value),
+            None => values[place(path)] = Value::Float(value),
         }
     }
 }

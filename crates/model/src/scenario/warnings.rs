@@ -9,7 +9,7 @@ use crate::plan::initial;
 use crate::plan::slab;
 use crate::scenario::Scenario;
 use crate::scenario::implausible;
-use crate::scenario::keys::KEYS;
+use crate::scenario::keys;
 use crate::scenario::text;
 use crate::theory::preview::Preview;
 use crate::theory::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
@@ -113,7 +113,7 @@ fn many_rows(_scenario: &Scenario, plan: &Plan) -> Option<String> {
 fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let friction = &scenario.friction;
     let draws = Quantity::ALL.iter().any(|quantity| quantity.spread(scenario) != 0.0);
-    let key = KEYS.iter().find(|key| key.path == "friction.spread_seed").expect("the key is in the table");
+    let key = keys::named("friction.spread_seed").expect("the key is in the table");
     let is_default = key.default_in(true) == Some(&Value::from(friction.spread_seed));
     (!is_default && !draws).then(|| {
         format!(

@@ -74,30 +74,20 @@ impl LengthLaw {
         plan.prestress_n.iter().zip(taken_n).all(|(given_n, taken_n)| *given_n <= 0.0 || given_n < taken_n)
     }
 
-    /// The equation's number, such as `5.22`, or the name of a law without one.
-    pub fn equation(self) -> &'static str {
-        match self {
-            LengthLaw::Tilted => "5.22",
-            LengthLaw::InitialShear => "5.52",
-            LengthLaw::Linear => "5.57",
-            LengthLaw::Balance => "balance",
-            LengthLaw::Screened => "screened",
-        }
-    }
-
-    /// The name in tables.
+    /// The name in tables: the number of the equation in brackets, or the name of a law without one.
     pub fn table_word(self) -> String {
-        match self {
-            LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
-            _ => format!("({})", self.equation()),
-        }
+        let word = self.file_word();
+        word.strip_prefix("eq-").map_or_else(|| word.to_owned(), |equation| format!("({equation})"))
     }
 
     /// The name in file names.
-    pub fn file_word(self) -> String {
+    pub fn file_word(self) -> &'static str {
         match self {
-            LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
-            _ => format!("eq-{}", self.equation()),
+            LengthLaw::Tilted => "eq-5.22",
+            LengthLaw::InitialShear => "eq-5.52",
+            LengthLaw::Linear => "eq-5.57",
+            LengthLaw::Balance => "balance",
+            LengthLaw::Screened => "screened",
         }
     }
 

@@ -28,7 +28,7 @@ impl Snapshot {
     pub fn to_given(self, scenario: &Scenario, plan: &Plan) -> GivenState {
         let Snapshot { slider, pace } = self;
         GivenState {
-            keys: scenario.keys_of_states(),
+            keys: scenario.keys_of_states().map(|(key, value)| (key.to_owned(), value)).into(),
             motion: scenario.motion_hash(),
             drive: Some(GivenDrive {
                 point_m: plan.outside(slider.step, slider.hold_step).point_m,

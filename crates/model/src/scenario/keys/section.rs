@@ -46,10 +46,10 @@ macro_rules! section {
                 &KEYS
             }
 
-            /// Appends its values, in the order of its keys, and last its list.
-            pub(crate) fn append(&self, values: &mut Vec<toml::Value>) {
-                $(values.push($crate::scenario::keys::section::value(&self.$field));)+
-                $(values.push($crate::scenario::keys::section::value(&self.$list));)?
+            /// Its values, in the order of its keys, and last its list.
+            pub(crate) fn values(&self) -> Vec<toml::Value> {
+                use $crate::scenario::keys::section::value;
+                vec![$(value(&self.$field),)+ $(value(&self.$list),)?]
             }
         }
     };

@@ -4,29 +4,28 @@
 use asperity_record::{
     Direction, FieldRecord, JunctionTotals, Record, RunHeader, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
-
-use crate::{quiet_step, switch};
+use asperity_testkit::{quiet_step, switch};
 
 /// A kind of run.
 #[derive(Debug, Clone, Copy)]
-pub struct Kind {
+pub(crate) struct Kind {
     /// Overrides of the default scenario.
-    pub sets: &'static [&'static str],
+    pub(crate) sets: &'static [&'static str],
     /// Gives the header of that scenario this kind.
-    pub announce: fn(&mut RunHeader),
+    pub(crate) announce: fn(&mut RunHeader),
     /// The records. Nothing slides in those up to step 2.
-    pub records: fn(&RunHeader) -> Vec<Record>,
+    pub(crate) records: fn(&RunHeader) -> Vec<Record>,
 }
 
 /// Four columns and three rows of contacts. Contacts 1 to 4 are the first row, 5 to 8 the second.
-pub const AREA: Kind = Kind {
+pub(crate) const AREA: Kind = Kind {
     sets: &["slider.blocks=12", "time.duration_s=1e-3"],
     announce: |header| header.rows = 3,
     records: over_area,
 };
 
 /// Three blocks with ten junctions at each contact.
-pub const JUNCTIONS: Kind = Kind {
+pub(crate) const JUNCTIONS: Kind = Kind {
     sets: &["slider.blocks=3", "time.duration_s=1e-3"],
     announce: |header| header.junction_count = 10,
     records: of_junctions,

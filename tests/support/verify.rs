@@ -6,21 +6,20 @@ use std::collections::BTreeMap;
 use asperity_model::{Law, Plan, RateAndState};
 use asperity_record::{Direction, Event, EventPayload, Record, SlipEvent, StepRecord};
 use asperity_simulator::{SimulationError, SolverKind};
-
-use crate::equality::{self, Agreement, Deviation, Disagreement, TOLERANCE};
+use asperity_testkit::equality::{self, Agreement, Deviation, Disagreement, TOLERANCE};
 
 /// The comparison of two equal runs.
 #[derive(Debug)]
-pub struct Verified {
+pub(crate) struct Verified {
     /// The extent of the agreement: switches, near ties, deviations.
-    pub agreement: Agreement,
+    pub(crate) agreement: Agreement,
     /// Number of slip events, equal in both.
-    pub slip_events: usize,
+    pub(crate) slip_events: usize,
 }
 
 /// How two runs differ.
 #[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
+pub(crate) enum VerifyError {
     /// In their records.
     #[error(transparent)]
     Records(#[from] Disagreement),
@@ -84,7 +83,7 @@ const FINER: f64 = 0.01;
 
 /// Least and largest `time.tolerance` that can be checked: from the first one on, a hundredth of it is one that the key
 /// accepts. Below, rounding is most of the error of a step.
-pub const CHECKED_TOLERANCES: [f64; 2] = [1e-10, 1e-2];
+pub(crate) const CHECKED_TOLERANCES: [f64; 2] = [1e-10, 1e-2];
 
 /// A switch of a block, counted from 1.
 #[derive(Debug, Clone, Copy)]
@@ -194,7 +193,7 @@ fn largest_delay_s(
 /// # Errors
 /// If they differ; `equality.rs` defines equality. By rate-and-state friction, whose solver has a
 /// tolerance, the same blocks must switch at times that differ by no more than it allows.
-pub fn verify(
+pub(crate) fn verify(
     plan: &Plan,
     mut events_of: impl FnMut(&[StepRecord]) -> Vec<Event>,
     reached: impl FnMut(u64),

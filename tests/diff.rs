@@ -253,13 +253,18 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
         "  recurrence_transient_s ",
         "  recurrence_steady_s ",
         " more numbers of the summary differ, see --format json",
+        " two-sample Kolmogorov-Smirnov test ",
+        "  sizes below the whole slider, blocks: ",
+        "  onset to onset, s: ",
         " new ruptures: ",
-        " new events: ",
-        "the order of events is chaotic, compare statistics",
-        "missing: an old event without a new one; extra: a new event without an old one; changed: ",
+        "; all of them: --page FILE.html or --format json\ndiffers\n",
     ];
     assert!(first.map(place).is_sorted(), "{out}");
-    assert!(out.lines().count() <= 40, "{out}");
+    assert!(!out.contains(" new events: ") && out.lines().count() <= 40, "{out}");
+    // As `summary` marks them.
+    let row = |key: &str| out.lines().find(|line| line.contains(key)).expect("a row");
+    assert!(row("recurrence_steady_s").ends_with("  ~ one draw"), "{out}");
+    assert!(row("first_global_rupture_onset_s").ends_with(" %"), "{out}");
 
     let (_, report) = json(&[text(&fine), text(&coarse)]);
     let pair = &report["runs"][0];
@@ -350,10 +355,8 @@ fn two_parameter_sets_are_paired_by_cycles_after_what_was_set_differently() {
         "  friction.static_coefficient ",
         "  first_global_rupture_onset_s ",
         "  ft_fn when L_p/L >= 0.5 ",
-        " new ruptures: ",
-        "  paired by cycle between global slips",
-        ", paired as the ruptures are: ",
         " two-sample Kolmogorov-Smirnov test ",
+        " new ruptures: ",
     ];
     assert!(first.map(place).is_sorted(), "{out}");
     assert!(out.contains("  0.7  0.72       +0.02   +2.86 %\n"), "{out}");
@@ -392,6 +395,79 @@ fn two_parameter_sets_are_paired_by_cycles_after_what_was_set_differently() {
     let drafted = folder.path().join("drafted.toml");
     assert_eq!(diff(&[text(&low), text(&high), "--draft-policy", text(&drafted)]).0, 1);
     assert_eq!(diff(&[text(&low), text(&high), "--policy", text(&drafted)]).0, 0);
+}
+
+/// Both runs are seen before single events, which are folded where the series are chaotic.
+#[test]
+fn a_page_shows_both_parameter_sets_before_their_single_events() {
+    let folder = folder();
+    let [low, high, fine, coarse, page] = ["low.mcap", "high.mcap", "fine.mcap", "coarse.mcap", "page.html"]
+        .map(|name| folder.path().join(name));
+    for (log, coefficient) in [(&low, "0.70"), (&high, "0.72")] {
+        let set = format!("friction.static_coefficient={coefficient}");
+        run(&["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=3", "--set", &set], log);
+    }
+    let told = diff(&[text(&low), text(&high), "--page", text(&page)]).1;
+    let html = fs::read_to_string(&page).expect("it was written");
+    let both = "old: static_coefficient = 0.7, new: static_coefficient = 0.72\" src=\"data:image/";
+    let shown = |title: &str| format!("<img alt=\"{title}: {both}");
+    let mut rest = html.as_str();
+    for words in [
+        "<h2>Set differently</h2>",
+        "<h2>Load and lengths of ruptures</h2>",
+        &shown("Load against time"),
+        &shown("Lengths of precursors"),
+        "<h2>The runs in numbers</h2>",
+        "<h2>Distributions</h2>",
+        &shown("Distribution of ruptures by size, global slips counted separately"),
+        &shown("Distribution of the times between ruptures"),
+        " two-sample Kolmogorov-Smirnov test ",
+        "<h2>Matched events</h2>\n<details><summary>",
+        "<h2>Ruptures</h2>",
+        "<p>paired by cycle between global slips",
+        "<h2>Timelines</h2>",
+        "<h2>Classes</h2>",
+    ] {
+        (_, rest) = rest.split_once(words).unwrap_or_else(|| panic!("no {words:?} in its place"));
+    }
+
+    // As many values are tested as the figure of each run has.
+    let values = |kind: &[&str], log: &Path| -> String {
+        let svg = folder.path().join("figure.svg");
+        succeed(
+            &[&["draw", text(log), "--force", "--set", "fit=none", "-o", text(&svg), "--kind"], kind]
+                .concat(),
+        );
+        let svg = fs::read_to_string(svg).expect("it was drawn");
+        let label = format!("{}: ", log.file_stem().and_then(|name| name.to_str()).expect("a name"));
+        let (_, values) = svg.split_once(&label).expect("its words have the legend");
+        values.chars().take_while(char::is_ascii_digit).collect()
+    };
+    for (quantity, kind) in [
+        ("  sizes below the whole slider, blocks: ", &["sizes"][..]),
+        ("  onset to onset, s: ", &["recurrence", "--set", "from_blocks=1"]),
+    ] {
+        let line = told.lines().find(|line| line.starts_with(quantity)).expect("it is tested");
+        let tested = format!(", n = {} and {}, medians ", values(kind, &low), values(kind, &high));
+        assert!(line.contains(&tested), "{line} has no {tested}");
+    }
+
+    // Not chaotic: the same few ruptures.
+    for (log, step) in [(&fine, "time.step_s=1e-7"), (&coarse, "time.step_s=2e-7")] {
+        run(&["ten-blocks", "--set", "time.duration_s=1.2", "--set", step], log);
+    }
+    diff(&[text(&fine), text(&coarse), "--page", text(&page), "--force"]);
+    let html = fs::read_to_string(&page).expect("it was written");
+    assert!(html.contains("<h2>Matched events</h2>\n<details open><summary>"));
+    // Where no key differs that shapes the motion, single events are all that differs.
+    let short = folder.path().join("short.mcap");
+    run(&["ten-blocks", "--set", "time.duration_s=1.1", "--set", "time.step_s=1e-7"], &short);
+    diff(&[text(&fine), text(&short), "--page", text(&page), "--force"]);
+    let html = fs::read_to_string(&page).expect("it was written");
+    assert!(!html.contains("<h2>Matched events</h2>") && !html.contains("<img"));
+    let first = ["<h2>The runs in numbers</h2>", "<h2>Ruptures</h2>", "<h2>Timelines</h2>"];
+    let places = first.map(|words| html.find(words).expect("it is there"));
+    assert!(places.is_sorted());
 }
 
 #[test]

@@ -149,6 +149,7 @@ fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away(
     let html = fs::read_to_string(&page).expect("the page can be read");
     let place = |words: &str| html.find(words).unwrap_or_else(|| panic!("no {words:?} on the page"));
     let first = ["<h2>The runs in numbers</h2>", "precursor_count", "<h2>Ruptures</h2>", "<h2>Classes</h2>"];
+    const UNFOLD: &str = "document.querySelectorAll('details').forEach((fold) => { fold.open = true })";
     assert!(first.map(place).is_sorted());
 
     let count = |log: &Path, kind: &str| {
@@ -159,9 +160,10 @@ fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away(
         rows(&out.join(format!("{kind}.csv")))
     };
     let both = |kind: &str| count(&old, kind) + count(&new, kind);
-    let seen = loaded(&mut tab, &page, "");
+    let seen = loaded(&mut tab, &page, UNFOLD);
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (both("ruptures"), both("ruptures")));
-    let seen = loaded(&mut tab, &page, "document.querySelector('tr[data-finding]').click()");
+    let click = format!("{UNFOLD}; document.querySelector('tr[data-finding]').click()");
+    let seen = loaded(&mut tab, &page, &click);
     assert_eq!(number(&seen, "events"), both("events"), "a finding is one of slip events");
 }
 

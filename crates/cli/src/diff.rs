@@ -49,7 +49,8 @@ Examples:
   asperity diff out/before out/after --format json | python3 -m json.tool
 
 For run logs, the settings that differ, the numbers of both summaries and the
-pairs of ruptures come first, then the slip events. A counterpart is searched
+pairs of ruptures come first, then the slip events. Of two parameter sets the
+distributions of ruptures come before all pairs. A counterpart is searched
 for within 1 ms of an onset, or, between runs with different time steps, within
 the mean time between events. Where the times of two parameter sets do not
 match, ruptures and events are paired by their cycle between slips of the whole
@@ -93,7 +94,8 @@ pub(crate) struct DiffArguments {
     /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with settings, numbers and timelines of ruptures and events, with differences marked.
+    /// Write a page with settings, numbers, figures of two parameter sets, and timelines of ruptures and
+    /// events, with differences marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.
@@ -105,15 +107,8 @@ pub(crate) struct DiffArguments {
 }
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
-    for (option, path, ending, what) in [
-        ("--page", &arguments.page, "html", "a page"),
-        ("--draft-policy", &arguments.draft_policy, "toml", "a policy"),
-        ("--matches", &arguments.matches, "parquet", "a Parquet table"),
-    ] {
-        path.as_ref().map_or(Ok(()), |path| fits(option, path, ending, what))?;
-    }
-    let mut settings = settings(arguments)?;
     let files = outputs(arguments)?;
+    let mut settings = settings(arguments)?;
     let told = |error: FileError| refused("", &error, true);
     settings.logs = read_logs(arguments)?;
     let Compared { report, draft } =
@@ -146,7 +141,9 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
         given::check(side, Taken::Side)?;
         paths.extend(sides::logs(side).map_err(as_failure)?);
     }
-    let read = exit::each_of(&paths, None, |path| read_log(path))?;
+    // Figures are those of two logs.
+    let is_drawn = arguments.page.is_some() && paths.len() == 2;
+    let read = exit::each_of(&paths, None, |path| read_log(path, is_drawn))?;
     let mut logs = Logs::new();
     let mut codes = Vec::new();
     for (path, read) in paths.into_iter().zip(read) {
@@ -160,26 +157,28 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
 }
 
 /// Checks a log, and collects the data for a diff in the same pass.
-fn read_log(path: &Path) -> Result<RunLog, Failure> {
-    let begin =
-        |log: &OpenLog| Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log)));
+fn read_log(path: &Path, is_drawn: bool) -> Result<RunLog, Failure> {
+    let begin = |log: &OpenLog| {
+        let drawn = log.scenario().ok().flatten().filter(|_| is_drawn);
+        Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log), drawn))
+    };
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
     let Reading { checked, observer, has_ruptures } = reading::once(path, &[], begin, accept)?;
     Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))
 }
 
-/// Reserves the outputs, which must not overwrite inputs.
+/// Reserves the outputs, each with the ending of its format, which must not overwrite inputs.
 fn outputs(arguments: &DiffArguments) -> Result<FileSet, Failure> {
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let inputs = [Some(&arguments.old), Some(&arguments.new), arguments.policy.as_ref()];
     let files = FileSet::new(existing, Inputs::of(inputs.into_iter().flatten()));
-    let outputs = [
-        ("--draft-policy", arguments.draft_policy.clone()),
-        ("--page", arguments.page.clone()),
-        ("--matches", arguments.matches.clone()),
-    ];
-    for (option, path) in outputs {
-        files.reserve(path).map_err(|error| refused(option, &error, true))?;
+    for (option, path, ending, what) in [
+        ("--page", &arguments.page, "html", "a page"),
+        ("--draft-policy", &arguments.draft_policy, "toml", "a policy"),
+        ("--matches", &arguments.matches, "parquet", "a Parquet table"),
+    ] {
+        path.as_ref().map_or(Ok(()), |path| fits(option, path, ending, what))?;
+        files.reserve(path.clone()).map_err(|error| refused(option, &error, true))?;
     }
     Ok(files)
 }

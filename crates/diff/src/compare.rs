@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
+use asperity_numbers::Summary;
 use asperity_record::{EventPayload, Rupture};
 
 use crate::column::Column;
@@ -13,15 +14,12 @@ use crate::matching;
 use crate::policy::{Policy, Spread, WINDOW_S, between_events_s};
 use crate::precursors::Precursors;
 use crate::progress::Cycles;
-use crate::report::{
-    Counts, FORMAT, NumberChange, ProvenanceChange, Report, RunDiff, RunSide, RuptureDiff, SettingChange,
-    VERSION, Verdict, pair_name,
-};
+use crate::report::{Counts, FORMAT, NumberChange, Report, RunDiff, RunSide, VERSION, Verdict, pair_name};
 use crate::run_log::RunLog;
 use crate::sides::{self, Logs, PairBy, Paired, Run, Side};
 use crate::table::Table;
 use crate::tally::{self, Comparison, Draft};
-use crate::{claims, progress, provenance, ruptures};
+use crate::{claims, progress, provenance, ruptures, side_by_side};
 
 /// How two sides are compared, and which results are kept.
 #[derive(Debug, Clone, Default)]
@@ -134,102 +132,81 @@ fn compare_runs(
         keep_findings: settings.keep_findings,
         keep_matches: settings.keep_matches,
     };
-    let mut of_logs = OfLogs::default();
+    let (mut run, mut cycles) = (RunDiff::default(), None);
     if let Some(logs) = logs {
-        of_logs = OfLogs::of(sides, logs, comparison, policy)?;
-        if let Some(cycles) = &mut of_logs.cycles {
-            *cycles = cycles.with_window_of([0, 1].map(|side| spread(logs[side], tables[side])));
-        }
+        (run, cycles) = compare_logs(sides, logs, comparison, policy)?;
+        let spreads = [0, 1].map(|side| spread(logs[side], tables[side]));
+        cycles.iter_mut().for_each(|cycles| cycles.window = cycles.window_of(spreads));
     }
-    let OfLogs { set_differently, summary, ruptures, no_ruptures, provenance, cycles } = of_logs;
     let name = pair_name(&old.name, &new.name);
-    let mut precursors = Precursors::of(old, new);
     let comparison = Comparison { cycles: cycles.as_ref(), ..comparison(tables) };
+    let mut growing = Precursors::of(old).zip(Precursors::of(new)).map(|(old, new)| [old, new]);
     let events = tally::compare(comparison, tables, draft, |matched| {
-        precursors.watch(&matched);
+        if let Some([old, new]) = &mut growing {
+            old.watch(&matched.group.old);
+            new.watch(&matched.group.new);
+        }
         matches.push(&name, &matched)
     })?;
-    let run = RunDiff {
-        set_differently,
-        old: RunSide { events: events.old_rows, ..old.side() },
-        new: RunSide { events: events.new_rows, ..new.side() },
-        summary,
-        ruptures,
-        no_ruptures,
-        provenance,
-        events,
-        precursors: precursors.changes(),
-    };
-    if run.ruptures_alone_differ() {
-        draft.allow_ruptures();
-    }
+    run.old = RunSide { events: events.old_rows, ..old.side() };
+    run.new = RunSide { events: events.new_rows, ..new.side() };
+    (run.events, run.precursors) = (events, growing.map(Precursors::changes));
+    draft.ruptures |= run.ruptures_alone_differ();
     Ok(run)
 }
 
-/// What two logs have beside their slip events.
-#[derive(Default)]
-struct OfLogs {
-    set_differently: Vec<SettingChange>,
-    summary: Vec<NumberChange>,
-    ruptures: Option<RuptureDiff>,
-    no_ruptures: Option<String>,
-    provenance: Vec<ProvenanceChange>,
-    /// By which ruptures are paired, if not in time.
-    cycles: Option<Cycles>,
-}
-
-impl OfLogs {
-    fn of<'a>(
-        sides: [&Run; 2],
-        logs: [&'a RunLog; 2],
-        comparison: impl Fn([&Table; 2]) -> Comparison<'a>,
-        policy: &Policy,
-    ) -> Result<OfLogs, CompareError> {
-        let mut found = OfLogs { summary: summaries(logs)?, ..OfLogs::default() };
-        (found.set_differently, found.provenance) = provenance::between(logs.map(|log| &log.provenance))
-            .map_err(|error| {
-                let [old, new] = sides.map(|run| run.path.display());
-                CompareError::Input(format!("{old}, {new}: scenario.toml: {error}"))
-            })?;
-        let tables = match logs.map(|log| log.ruptures.as_ref()) {
-            [Some(old), Some(new)] => [old, new],
-            [old, _] => {
-                let path = sides[usize::from(old.is_some())].path.display();
-                let topic = Rupture::TOPIC;
-                found.no_ruptures = Some(format!("{path} has none (accepted: a log with the topic {topic})"));
-                return Ok(found);
-            }
-        };
-        let may_use_cycles =
-            policy.window_s.is_none() && found.set_differently.iter().any(|setting| setting.shapes_motion);
-        let comparison = comparison(tables);
-        let in_time = match ruptures::compare(comparison, tables) {
-            Ok(ruptures) => ruptures,
-            Err(why) => {
-                found.no_ruptures = Some(why);
-                return Ok(found);
-            }
-        };
-        let spreads = [0, 1].map(|side| spread(logs[side], tables[side]));
-        found.cycles = may_use_cycles
-            .then(|| progress::between(&in_time, logs.map(|log| &log.global_s[..]), spreads))
-            .flatten();
-        let matches_in_time = in_time.matches_in_time;
-        let mut ruptures = in_time;
-        if let Some(cycles) = &found.cycles {
-            let by_cycles = ruptures::compare(Comparison { cycles: Some(cycles), ..comparison }, tables);
-            ruptures = by_cycles.unwrap_or(ruptures);
-            ruptures.matches_in_time = matches_in_time;
+/// What two logs have beside their slip events; and the cycles by which ruptures are paired, if not in time.
+fn compare_logs<'a>(
+    sides: [&Run; 2],
+    logs: [&'a RunLog; 2],
+    comparison: impl Fn([&Table; 2]) -> Comparison<'a>,
+    policy: &Policy,
+) -> Result<(RunDiff, Option<Cycles>), CompareError> {
+    let mut found = RunDiff { summary: summaries(logs)?, ..RunDiff::default() };
+    (found.set_differently, found.provenance) = provenance::between(logs.map(|log| &log.provenance))
+        .map_err(|error| {
+            let [old, new] = sides.map(|run| run.path.display());
+            CompareError::Input(format!("{old}, {new}: scenario.toml: {error}"))
+        })?;
+    let tables = match logs.map(|log| log.ruptures.as_ref()) {
+        [Some(old), Some(new)] => [old, new],
+        [old, _] => {
+            let path = sides[usize::from(old.is_some())].path.display();
+            let topic = Rupture::TOPIC;
+            found.no_ruptures = Some(format!("{path} has none (accepted: a log with the topic {topic})"));
+            return Ok((found, None));
         }
-        // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
-        let none = |number: &NumberChange| number.old.is_null() || number.new.is_null();
-        if !found.summary.iter().any(|number| number.key == "largest_ft_fn" && none(number)) {
-            let blocks = logs.map(|log| log.provenance.header.contacts().columns());
-            ruptures.reached = ruptures::reached(tables, blocks);
+    };
+    let may_use_cycles =
+        policy.window_s.is_none() && found.set_differently.iter().any(|setting| setting.shapes_motion);
+    let comparison = comparison(tables);
+    let in_time = match ruptures::compare(comparison, tables) {
+        Ok(ruptures) => ruptures,
+        Err(why) => {
+            found.no_ruptures = Some(why);
+            return Ok((found, None));
         }
-        found.ruptures = Some(ruptures);
-        Ok(found)
+    };
+    let spreads = [0, 1].map(|side| spread(logs[side], tables[side]));
+    let cycles = may_use_cycles
+        .then(|| progress::between(&in_time, logs.map(|log| &log.global_s[..]), spreads))
+        .flatten();
+    let matches_in_time = in_time.matches_in_time;
+    let mut ruptures = in_time;
+    if let Some(cycles) = &cycles {
+        let by_cycles = ruptures::compare(Comparison { cycles: Some(cycles), ..comparison }, tables);
+        ruptures = by_cycles.unwrap_or(ruptures);
+        ruptures.matches_in_time = matches_in_time;
     }
+    // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
+    let none = |number: &NumberChange| number.old.is_null() || number.new.is_null();
+    if !found.summary.iter().any(|number| number.key == "largest_ft_fn" && none(number)) {
+        let blocks = logs.map(|log| log.provenance.header.contacts().columns());
+        ruptures.reached = ruptures::reached(tables, blocks);
+    }
+    found.side_by_side = side_by_side::of(logs, tables, &found.set_differently, &ruptures);
+    found.ruptures = Some(ruptures);
+    Ok((found, cycles))
 }
 
 /// The time span of the events of a log, and their number.
@@ -237,15 +214,13 @@ fn spread(log: &RunLog, events: &Table) -> Spread {
     Spread { events: events.len() as u64, duration_s: log.provenance.duration_s() }
 }
 
-/// The numbers of two summaries, key by key, in the order of the old one.
+/// The numbers of two summaries, key by key.
 fn summaries(logs: [&RunLog; 2]) -> Result<Vec<NumberChange>, CompareError> {
     let [old, new] = logs.map(|log| log.summary.as_ref().map_err(|why| CompareError::Input(why.clone())));
-    let (old, new) = (old?, new?);
-    let numbers = old.iter().filter_map(|(key, old)| {
-        let (_, new) = new.iter().find(|(other, _)| other == key)?;
-        Some(NumberChange::between(key, old, new))
-    });
-    Ok(numbers.collect())
+    let both = Summary::KEYS.iter().zip(old?.values().into_iter().zip(new?.values()));
+    let numbers = both.map(|(key, (old, new))| NumberChange::between(&key.column.name, &old, &new));
+    // The name of the file is no number of the run.
+    Ok(numbers.filter(|number| number.key != "run").collect())
 }
 
 /// The time step that a table counts in, s: from the run's header, else from its first event.

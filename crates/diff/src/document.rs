@@ -1,12 +1,16 @@
 //! A report in words and tables, most important parts first: what was set differently, the numbers of the runs,
-//! their ruptures, and then the fate of the slip events. A terminal shows the first rows of each table, so
-//! that all fits on a screen; a page has the rest.
+//! their ruptures, and then the fate of the slip events. Of two parameter sets figures and distributions of both come
+//! before all single events. A terminal shows the first rows of each table, so that all fits on a screen; a page has
+//! the rest.
 
 pub(crate) mod events;
 mod runs;
 
+use asperity_report::Figure;
+
 use crate::finding::told;
 use crate::report::{Class, Counts, Extent, Finding, PairedBy, Report, RunDiff, Verdict};
+use crate::side_by_side::SideBySide;
 
 pub use events::KEPT_OF_A_CLASS;
 pub(crate) use events::listed;
@@ -23,7 +27,7 @@ pub(crate) struct Part {
     pub(crate) blocks: Vec<Block>,
 }
 
-/// A sentence or a table.
+/// A sentence, a table, or what only a page has.
 pub(crate) enum Block {
     Words(String),
     /// On a terminal only: the page says it elsewhere.
@@ -31,6 +35,14 @@ pub(crate) enum Block {
     /// On a page only.
     OnPage(String),
     Table(Table),
+    /// On a page only, side by side where there is room.
+    Figures(Vec<Figure>),
+    /// Parts that are folded below these words, the only ones on a terminal, unless they are open.
+    Fold {
+        words: String,
+        is_open: bool,
+        parts: Vec<Part>,
+    },
 }
 
 /// A table.
@@ -159,18 +171,40 @@ pub(crate) fn verdict(report: &Report) -> String {
 /// A report as parts. `listed` are the findings that a page lists, each with the place of its run.
 pub(crate) fn parts(report: &Report, listed: &[(usize, &Finding)]) -> Vec<Part> {
     let part = |title, blocks| Part { title, blocks };
-    vec![
-        part("Set differently", runs::settings(report)),
-        part("The runs in numbers", runs::numbers(report)),
+    let settings = part("Set differently", runs::settings(report));
+    let numbers = part("The runs in numbers", runs::numbers(report));
+    let single = [
         part("Ruptures", runs::ruptures(report)),
         part("Runs", events::runs(report)),
         part("Findings", events::findings(report, listed)),
         part("Columns", events::columns(report)),
         part("Where runs part", events::beyond(report)),
         part("What follows for the results", events::downstream(report)),
-        part("What else differs", events::others(report)),
-        part("Classes", events::classes(report)),
+    ];
+    let others = part("What else differs", events::others(report));
+    let classes = part("Classes", events::classes(report));
+    let Some(of) = side_by_side(report) else {
+        return [settings, numbers].into_iter().chain(single).chain([others, classes]).collect();
+    };
+    let matched = Block::Fold {
+        words: runs::fates(report).unwrap_or_default(),
+        is_open: !of.is_chaotic,
+        parts: single.into_iter().chain([classes]).collect(),
+    };
+    vec![
+        settings,
+        part("Load and lengths of ruptures", vec![Block::Figures(of.courses.clone())]),
+        numbers,
+        part("Distributions", events::distributions(of)),
+        part("Matched events", vec![matched]),
+        others,
     ]
+}
+
+/// What is compared of two parameter sets before single events, unless runs of whole pipelines are compared.
+pub(crate) fn side_by_side(report: &Report) -> Option<&SideBySide> {
+    let is_alone = is_one(report) && report.claims.is_empty();
+    report.runs.first().filter(|_| is_alone)?.side_by_side.as_ref()
 }
 
 /// The same for several pairs of runs is one row, with their number.

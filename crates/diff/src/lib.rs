@@ -71,6 +71,7 @@
 //! - [`run_log`]: what is compared of a run log.
 //! - [`sides`]: the runs of each side, and their pairs.
 //! - [`provenance`]: differences between two runs beside their events.
+//! - [`side_by_side`]: what is compared of two parameter sets before single events.
 //! - `ruptures`: the ruptures of two runs, and how those that pair differ.
 //! - `precursors`: the effect of changed events on the precursor table.
 //! - `claims`: changed claims between two outputs of a pipeline.
@@ -100,6 +101,7 @@ mod reading;
 pub mod report;
 pub mod run_log;
 mod ruptures;
+pub mod side_by_side;
 pub mod sides;
 pub mod statistics;
 pub mod summary;

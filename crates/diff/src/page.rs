@@ -9,6 +9,7 @@ use std::fmt::Display;
 
 use asperity_report::html::markup::{Cell as Td, Row as Tr, json, paragraph, section, table, text};
 use asperity_report::html::{Document, MAP, Part};
+use asperity_report::{Figure, STYLE};
 
 use crate::document::{self, Block, Cell, Row, Table, title};
 use crate::reading::number;
@@ -25,8 +26,22 @@ pub const MATCHES_OF_A_RUN: usize = 200_000;
 /// The page of a report.
 pub fn page(report: &Report) -> String {
     let listed = document::listed(report);
-    let parts = document::parts(report, &listed).into_iter().map(|part| {
-        let mut body: String = part.blocks.into_iter().map(block).collect();
+    let footer = paragraph(
+        "A split or merge is one match of several events. Times are simulated time. Made by asperity diff; this file \
+         fetches nothing.",
+    );
+    let footer = format!("<footer class=\"soft\">{footer}</footer>\n");
+    let main = heading(report) + &sections(report, document::parts(report, &listed)) + &footer;
+    let data = (" id=\"data\"".to_owned(), json(&timeline::timeline(report, &listed)));
+    let heading = format!("{} and {} compared", report.old, report.new);
+    let has_figures = document::side_by_side(report).is_some();
+    let parts: &[Part] = if has_figures { &[STYLE, MAP, OWN] } else { &[MAP, OWN] };
+    Document { title: heading, main, data: vec![data], parts }.html()
+}
+
+fn sections(report: &Report, parts: Vec<document::Part>) -> String {
+    let one = |part: document::Part| {
+        let mut body: String = part.blocks.into_iter().map(|of| block(report, of)).collect();
         if part.title == "Findings" && !body.is_empty() {
             body = format!(
                 "<p class=\"needs-script\">Those of the run and classes that are shown above; a click leads to the \
@@ -35,11 +50,8 @@ pub fn page(report: &Report) -> String {
         }
         let before = if part.title == "Findings" { timelines(report) } else { String::new() };
         before + &section(part.title, &body)
-    });
-    let main = heading(report) + &parts.collect::<String>() + &meanings();
-    let data = (" id=\"data\"".to_owned(), json(&timeline::timeline(report, &listed)));
-    let heading = format!("{} and {} compared", report.old, report.new);
-    Document { title: heading, main, data: vec![data], parts: &[MAP, OWN] }.html()
+    };
+    parts.into_iter().map(one).collect()
 }
 
 /// The head: the outcome in one word and one sentence.
@@ -49,22 +61,43 @@ fn heading(report: &Report) -> String {
         Some(policy) => format!("<code>{}</code>", text(policy)),
         None => "exact: nothing may differ".to_owned(),
     };
+    // Of two parameter sets single events come last.
+    let events = document::side_by_side(report)
+        .map_or_else(|| paragraph(&document::events(report)), |_| String::new());
     format!(
         "<header>\n<h1>What differs between the runs</h1>\n<p><span class=\"verdict {class}\">{}</span></p>\n\
-         {}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {policy}</p>\n</header>\n",
+         {events}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {policy}</p>\n</header>\n",
         text(document::verdict(report)),
-        paragraph(&document::events(report)),
         text(&report.old),
         text(&report.new),
     )
 }
 
-fn block(block: Block) -> String {
+fn block(report: &Report, block: Block) -> String {
     match block {
         Block::Words(words) | Block::OnPage(words) => paragraph(words.trim_start()),
         Block::OnScreen(_) => String::new(),
         Block::Table(of) => set(of),
+        Block::Figures(of) if of.is_empty() => String::new(),
+        Block::Figures(of) => {
+            format!("<div class=\"figures\">\n{}</div>\n", of.iter().map(figure).collect::<String>())
+        }
+        Block::Fold { words, is_open, parts } => format!(
+            "<details{}><summary>{}</summary>\n{}</details>\n",
+            if is_open { " open" } else { "" },
+            text(words),
+            sections(report, parts)
+        ),
     }
+}
+
+fn figure(of: &Figure) -> String {
+    let (title, runs) = (text(&of.title), text(of.runs.join(", ")));
+    let picture = of.picture.as_deref().unwrap_or_default();
+    format!(
+        "<div class=\"figure alone\">\n<figure><a><img alt=\"{title}: {runs}\" src=\"{picture}\"></a>\n\
+         <figcaption>{title}</figcaption></figure>\n</div>\n"
+    )
 }
 
 /// A table; one with a caption is folded below that.
@@ -174,16 +207,6 @@ fn timelines(report: &Report) -> String {
              that belong together; where there are too many, bars count the matches of each class. Drag to move; the wheel zooms once the picture has been clicked; with the keyboard: \
              arrows, +, -, 0. <span id=\"drawn\"></span></figcaption>\n</figure>\n<div id=\"hover\" role=\"status\"></div>\n"
         ),
-    )
-}
-
-fn meanings() -> String {
-    format!(
-        "<footer class=\"soft\">{}</footer>\n",
-        paragraph(
-            "A split or merge is one match of several events. Times are simulated time. Made by asperity diff; \
-             this file fetches nothing."
-        )
     )
 }
 

@@ -235,11 +235,12 @@ impl Policy {
         let mut line = |line: String| {
             writeln!(text, "{line}").expect("writing to a string cannot fail");
         };
+        // TOML wants numbers with a point or an exponent.
         if let Some(window_s) = self.window_s {
-            line(format!("window_s = {}", number(window_s)));
+            line(format!("window_s = {window_s:e}"));
         }
         if self.max_shift_s.is_finite() {
-            line(format!("max_shift_s = {}", number(self.max_shift_s)));
+            line(format!("max_shift_s = {:e}", self.max_shift_s));
         }
         for column in Column::all() {
             let Tolerance { absolute, relative } = self.tolerance(column);
@@ -249,7 +250,7 @@ impl Policy {
             line(format!("\n[columns.{column}]"));
             for (key, value) in [("absolute", absolute), ("relative", relative)] {
                 if value != 0.0 {
-                    line(format!("{key} = {}", number(value)));
+                    line(format!("{key} = {value:e}"));
                 }
             }
         }
@@ -269,11 +270,6 @@ impl Policy {
         }
         text
     }
-}
-
-/// As TOML wants its numbers: with a point or an exponent.
-fn number(value: f64) -> String {
-    format!("{value:e}")
 }
 
 /// The key among the classes that lets ruptures differ.

@@ -8,90 +8,55 @@ use asperity_numbers::EventGrowth;
 use crate::column::Column;
 use crate::report::{PrecursorChange, PrecursorChanges};
 use crate::sides::Run;
-use crate::table;
-use crate::tally::Matched;
+use crate::table::Row;
 
-/// The precursors of both runs, collected from the matches; `None` if a table lacks the number of blocks of
-/// its run.
-pub(crate) struct Precursors(Option<[Table; 2]>);
-
-/// The precursor table of a run.
-struct Table {
+/// The precursors of a run, collected from its matches.
+pub(crate) struct Precursors {
     /// Number of columns, the blocks of a single row.
     columns: u32,
     growth: EventGrowth,
-    rows: Vec<Row>,
-}
-
-/// One precursor.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    /// Farthest block, or column, reached.
-    last_block: u32,
-    /// `F_T / F_N` at its onset.
-    ft_fn: f64,
-    /// Number of the event.
-    event: u64,
-}
-
-impl Table {
-    fn of(run: &Run) -> Option<Table> {
-        let header = run.header()?;
-        let columns = header.contacts().columns();
-        Some(Table { columns, growth: EventGrowth::new(header.blocks), rows: Vec::new() })
-    }
-
-    fn watch(&mut self, events: &[table::Row<'_>]) {
-        for event in events {
-            if self.growth.extends(event.reach(), event.blocks_slipped()) {
-                let (last_block, ft_fn) = (event.reach().last, event.value(Column::FT_FN_ONSET));
-                self.rows.push(Row { last_block, ft_fn, event: event.number() });
-            }
-        }
-    }
-
-    fn by_length(&self) -> BTreeMap<u32, Row> {
-        self.rows.iter().map(|row| (row.last_block, *row)).collect()
-    }
+    /// How many there are.
+    count: u64,
+    /// The `F_T / F_N` at the onset, and the number, of the last one to each block, or column.
+    rows: BTreeMap<u32, (f64, u64)>,
 }
 
 impl Precursors {
-    pub(crate) fn of(old: &Run, new: &Run) -> Precursors {
-        Precursors(Table::of(old).zip(Table::of(new)).map(|(old, new)| [old, new]))
+    /// None if the number of blocks of a run is not known.
+    pub(crate) fn of(run: &Run) -> Option<Precursors> {
+        let header = run.header()?;
+        let (columns, growth) = (header.contacts().columns(), EventGrowth::new(header.blocks));
+        Some(Precursors { columns, growth, count: 0, rows: BTreeMap::new() })
     }
 
-    pub(crate) fn watch(&mut self, matched: &Matched<'_>) {
-        if let Some([old, new]) = &mut self.0 {
-            old.watch(&matched.group.old);
-            new.watch(&matched.group.new);
+    pub(crate) fn watch(&mut self, events: &[Row<'_>]) {
+        for event in events {
+            if self.growth.extends(event.reach(), event.blocks_slipped()) {
+                self.count += 1;
+                self.rows.insert(event.reach().last, (event.value(Column::FT_FN_ONSET), event.number()));
+            }
         }
     }
 
     /// Which rows changed.
-    pub(crate) fn changes(self) -> Option<PrecursorChanges> {
-        let [old, new] = self.0?;
-        let (old_by_length, new_by_length) = (old.by_length(), new.by_length());
-        let lengths: BTreeSet<&u32> = old_by_length.keys().chain(new_by_length.keys()).collect();
-        let mut changes = PrecursorChanges {
-            old_rows: old.rows.len() as u64,
-            new_rows: new.rows.len() as u64,
-            same_rows: 0,
-            rows: Vec::new(),
-        };
+    pub(crate) fn changes([old, new]: [Precursors; 2]) -> PrecursorChanges {
+        let lengths: BTreeSet<u32> = old.rows.keys().chain(new.rows.keys()).copied().collect();
+        let (old_rows, new_rows) = (old.count, new.count);
+        let mut changes = PrecursorChanges { old_rows, new_rows, same_rows: 0, rows: Vec::new() };
         for length in lengths {
-            let (old_row, new_row) = (old_by_length.get(length), new_by_length.get(length));
-            if old_row.map(|row| row.ft_fn) == new_row.map(|row| row.ft_fn) {
+            let [old_row, new_row] = [&old, &new].map(|side| side.rows.get(&length).copied().unzip());
+            if old_row.0 == new_row.0 {
                 changes.same_rows += 1;
                 continue;
             }
             changes.rows.push(PrecursorChange {
-                lp_l: f64::from(*length) / f64::from(old.columns),
-                old_ft_fn: old_row.map(|row| row.ft_fn),
-                new_ft_fn: new_row.map(|row| row.ft_fn),
-                old_event: old_row.map(|row| row.event),
-                new_event: new_row.map(|row| row.event),
+                lp_l: f64::from(length) / f64::from(old.columns),
+                old_ft_fn: old_row.0,
+                new_ft_fn: new_row.0,
+                old_event: old_row.1,
+                new_event: new_row.1,
             });
         }
-        Some(changes)
+        changes
     }
 }

@@ -120,15 +120,9 @@ impl Cycles {
         cycles
     }
 
-    /// The window for events of another spread: the distance between events on average, on the side that
+    /// The window for events of a spread, at most one cycle: the distance between events on average, on the side that
     /// has fewer, as between runs of different time steps.
-    #[must_use]
-    pub fn with_window_of(&self, events: [Spread; 2]) -> Cycles {
-        Cycles { window: self.window_of(events), ..self.clone() }
-    }
-
-    /// At most one cycle.
-    fn window_of(&self, events: [Spread; 2]) -> f64 {
+    pub(crate) fn window_of(&self, events: [Spread; 2]) -> f64 {
         let windows = [0, 1].map(|side| {
             let Spread { events, duration_s } = events[side];
             (duration_s / events.max(1) as f64).max(WINDOW_S) * self.per_s[side]

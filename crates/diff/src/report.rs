@@ -9,15 +9,16 @@ use asperity_record::{BoundingBox, Cell, Reach};
 use serde::{Serialize, Serializer};
 
 use crate::column::Column;
+use crate::side_by_side::SideBySide;
 
 /// The field `format` of a report.
 pub const FORMAT: &str = "asperity-diff";
 /// The field `version` of a report.
 pub const VERSION: u32 = 1;
 
-/// Declares the classes once: variant, name, field of counts in JSON, and meaning.
+/// Declares the classes once: variant, name, and meaning.
 macro_rules! classes {
-    ($($class:ident $name:literal $field:literal $meaning:literal,)+) => {
+    ($($class:ident $name:literal $meaning:literal,)+) => {
         /// The class of an event, or of several that belong together.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Class {
@@ -35,13 +36,6 @@ macro_rules! classes {
                 }
             }
 
-            /// The name of its count in JSON.
-            fn field(self) -> &'static str {
-                match self {
-                    $(Class::$class => $field,)+
-                }
-            }
-
             /// Its meaning, in words.
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -53,33 +47,21 @@ macro_rules! classes {
 }
 
 classes! {
-    Identical "identical" "identical" "one event on each side, equal in every column compared",
-    WithinTolerance "within-tolerance" "within_tolerance" "one on each side, every column within its tolerance",
-    Shifted "shifted" "shifted" "one on each side, of the same blocks at another time",
-    Changed "changed" "changed" "one on each side that differ in anything else",
-    Split "split" "split" "one old event that is several new ones",
-    Merged "merged" "merged" "several old events that are one new one",
-    Missing "missing" "missing" "an old event without a new one",
-    Extra "extra" "extra" "a new event without an old one",
-    Open "open" "open" "cut short by the end of one of the runs, or after it",
+    Identical "identical" "one event on each side, equal in every column compared",
+    WithinTolerance "within-tolerance" "one on each side, every column within its tolerance",
+    Shifted "shifted" "one on each side, of the same blocks at another time",
+    Changed "changed" "one on each side that differ in anything else",
+    Split "split" "one old event that is several new ones",
+    Merged "merged" "several old events that are one new one",
+    Missing "missing" "an old event without a new one",
+    Extra "extra" "a new event without an old one",
+    Open "open" "cut short by the end of one of the runs, or after it",
 }
 
 impl Class {
     /// The class of this name.
     pub fn named(name: &str) -> Option<Class> {
         Class::ALL.into_iter().find(|class| class.name() == name)
-    }
-
-    /// The class when the sides are swapped.
-    #[must_use]
-    pub fn mirrored(self) -> Class {
-        match self {
-            Class::Split => Class::Merged,
-            Class::Merged => Class::Split,
-            Class::Missing => Class::Extra,
-            Class::Extra => Class::Missing,
-            same => same,
-        }
     }
 
     /// Whether it is allowed without an entry in the policy.
@@ -175,13 +157,13 @@ impl<'a> Sum<&'a Counts> for Counts {
 
 impl Serialize for Counts {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer
-            .collect_map(Class::ALL.into_iter().zip(self.0).map(|(class, count)| (class.field(), count)))
+        let fields = Class::ALL.map(|class| class.name().replace('-', "_"));
+        serializer.collect_map(fields.into_iter().zip(self.0))
     }
 }
 
 /// Two runs, event by event.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct RunDiff {
     /// The keys of the resolved scenarios that were set differently, first those that shape the motion.
     pub set_differently: Vec<SettingChange>,
@@ -193,6 +175,9 @@ pub struct RunDiff {
     pub summary: Vec<NumberChange>,
     /// The fate of the ruptures; null if a side has none to compare.
     pub ruptures: Option<RuptureDiff>,
+    /// What is compared of two parameter sets before single events; none where only the code differs. Not in the JSON.
+    #[serde(skip)]
+    pub side_by_side: Option<SideBySide>,
     /// Why ruptures were not compared; null where they were, and between tables.
     pub no_ruptures: Option<String>,
     /// Differences between the runs beside their events: scenario keys, code version, solver, ...
@@ -601,6 +586,9 @@ pub struct Sample {
     pub old_median: Option<f64>,
     /// The median on the new side.
     pub new_median: Option<f64>,
+    /// How many values there are of the old side and of the new one. Not in the JSON.
+    #[serde(skip)]
+    pub counts: [u64; 2],
     /// Two-sample Kolmogorov-Smirnov test; null with too few values.
     pub test: Option<KolmogorovSmirnov>,
 }

@@ -3,9 +3,11 @@
 
 use std::path::Path;
 
+use asperity_model::Scenario;
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::{Collector, RunData};
 use asperity_numbers::{Summarizer, Summary};
 use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent};
-use serde_json::Value;
 
 use crate::column::Column;
 use crate::provenance::Provenance;
@@ -16,8 +18,8 @@ use crate::table::{Collected, Table};
 pub struct RunLog {
     /// Header and scenario.
     pub provenance: Provenance,
-    /// The numbers of its summary, in order: key and value; or why they could not be determined.
-    pub summary: Result<Vec<(String, Value)>, String>,
+    /// Its summary, or why it could not be determined.
+    pub summary: Result<Summary, String>,
     /// Its slip events.
     pub events: Table,
     /// Its ruptures, in the order of their onsets; a log has them in the order in which they became certain.
@@ -25,6 +27,8 @@ pub struct RunLog {
     pub ruptures: Option<Table>,
     /// Onsets of the ruptures of the whole slider, s, in order.
     pub global_s: Vec<f64>,
+    /// The data of figures, if they are drawn.
+    pub drawn: Option<RunData>,
 }
 
 /// Collects a log that is being read.
@@ -35,22 +39,27 @@ pub struct Summarized {
     global_s: Vec<f64>,
     /// Or why there is none: the comparison reports it.
     summarizer: Result<Summarizer, String>,
+    drawn: Option<Collector>,
 }
 
 impl Summarized {
-    /// Begins after header and scenario have been read. `summarizer` may be the reason why there is none.
+    /// Begins after header and scenario have been read. `summarizer` may be the reason why there is none; `drawn` is
+    /// the scenario, if figures are drawn.
     pub fn begin(
         header: &RunHeader,
         scenario_toml: &str,
         summarizer: Result<Summarizer, String>,
+        drawn: Option<&Scenario>,
     ) -> Summarized {
         let parts = header.parts();
+        let collector = |of: &Scenario| Collector::of_log(&header.scenario, header, of, RequiredData::LOADS);
         Summarized {
             provenance: Provenance { header: header.clone(), scenario_toml: scenario_toml.to_owned() },
             events: Collected::new(parts),
             ruptures: Collected::new(parts),
             global_s: Vec::new(),
             summarizer,
+            drawn: drawn.and_then(|scenario| collector(scenario).ok()),
         }
     }
 
@@ -58,18 +67,14 @@ impl Summarized {
     pub fn finish(mut self, path: &Path, has_ruptures: bool, end: Option<&RunEnd>) -> RunLog {
         self.global_s.sort_by(f64::total_cmp);
         self.ruptures.table.sort_by(&[Column::ONSET_STEP, Column::FIRST_BLOCK, Column::NUCLEATION_BLOCK]);
-        let summary = self.summarizer.map(|summarizer| {
-            let summary = summarizer.finish(has_ruptures, end);
-            let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
-            // The name of the file is no number of the run.
-            keys.zip(summary.values()).filter(|(key, _)| key != "run").collect()
-        });
+        let summary = self.summarizer.map(|summarizer| summarizer.finish(has_ruptures, end));
         RunLog {
             provenance: self.provenance,
             summary: summary.map_err(|problem| format!("{}: {problem}", path.display())),
             events: self.events.table,
             ruptures: has_ruptures.then_some(self.ruptures.table),
             global_s: self.global_s,
+            drawn: self.drawn.map(|collector| collector.finish(has_ruptures, end)),
         }
     }
 }
@@ -78,6 +83,9 @@ impl Observer for Summarized {
     fn record(&mut self, record: &Record) {
         if let Ok(summarizer) = &mut self.summarizer {
             summarizer.record(record);
+        }
+        if let Some(collector) = &mut self.drawn {
+            collector.record(record);
         }
     }
 
@@ -90,6 +98,9 @@ impl Observer for Summarized {
         }
         if let Ok(summarizer) = &mut self.summarizer {
             summarizer.event(event);
+        }
+        if let Some(collector) = &mut self.drawn {
+            collector.event(event);
         }
     }
 }

@@ -105,30 +105,6 @@ impl Side {
     /// # Errors
     /// If there are none.
     pub fn find(path: &Path, logs: &Logs) -> Result<Side, CompareError> {
-        let Files { files, is_file, claims } = Files::find(path)?;
-        Ok(Side { runs: files.iter().map(|file| Run::open(file, logs)).collect(), is_file, claims })
-    }
-}
-
-/// The files of a side.
-struct Files {
-    files: Vec<PathBuf>,
-    is_file: bool,
-    claims: Option<PathBuf>,
-}
-
-/// The run logs of a side, for callers that check them first.
-///
-/// # Errors
-/// If the side has no runs.
-pub fn logs(path: &Path) -> Result<Vec<PathBuf>, CompareError> {
-    let mut files = Files::find(path)?.files;
-    files.retain(|file| matches!(ending(file), Some("mcap" | "partial")));
-    Ok(files)
-}
-
-impl Files {
-    fn find(path: &Path) -> Result<Files, CompareError> {
         let refused = |problem| Err(CompareError::Input(format!("{}: {problem}", path.display())));
         if !path.is_dir() {
             if !matches!(ending(path), Some("mcap" | "csv" | "partial")) {
@@ -137,7 +113,7 @@ impl Files {
                      files are written for other programs)",
                 );
             }
-            return Ok(Files { files: vec![path.to_owned()], is_file: true, claims: None });
+            return Ok(Side { runs: vec![Run::open(path, logs)], is_file: true, claims: None });
         }
         let (runs, tables) = (path.join("runs"), path.join("tables"));
         let is_output = runs.is_dir() && tables.is_dir();
@@ -165,8 +141,18 @@ impl Files {
             );
         }
         let claims = tables.join("claims.csv");
-        Ok(Files { files: chosen, is_file: false, claims: (is_output && claims.is_file()).then_some(claims) })
+        let runs = chosen.iter().map(|file| Run::open(file, logs)).collect();
+        Ok(Side { runs, is_file: false, claims: (is_output && claims.is_file()).then_some(claims) })
     }
+}
+
+/// The run logs of a side, for callers that check them first.
+///
+/// # Errors
+/// If the side has no runs.
+pub fn logs(path: &Path) -> Result<Vec<PathBuf>, CompareError> {
+    let files = Side::find(path, &Logs::new())?.runs.into_iter().map(|run| run.path);
+    Ok(files.filter(|file| matches!(ending(file), Some("mcap" | "partial"))).collect())
 }
 
 /// The files of a folder, by name.

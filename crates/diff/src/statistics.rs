@@ -50,7 +50,12 @@ impl Distribution {
 
 /// Both sides of a quantity, and the test.
 pub(crate) fn compare(old: &Distribution, new: &Distribution) -> Sample {
-    Sample { old_median: old.median(), new_median: new.median(), test: kolmogorov_smirnov(old, new) }
+    Sample {
+        old_median: old.median(),
+        new_median: new.median(),
+        counts: [old.total, new.total],
+        test: kolmogorov_smirnov(old, new),
+    }
 }
 
 fn kolmogorov_smirnov(old: &Distribution, new: &Distribution) -> Option<KolmogorovSmirnov> {

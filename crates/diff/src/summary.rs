@@ -17,7 +17,10 @@ pub fn lines(report: &Report) -> Vec<String> {
         match block {
             Block::Words(words) | Block::OnScreen(words) => lines.push(words),
             Block::Table(table) => rows(&table, &mut lines),
-            Block::OnPage(_) => {}
+            Block::Fold { words, .. } => {
+                lines.push(format!("{words}; all of them: --page FILE.html or --format json"));
+            }
+            Block::OnPage(_) | Block::Figures(_) => {}
         }
     }
     lines.push(document::verdict(report));

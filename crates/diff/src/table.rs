@@ -253,23 +253,19 @@ pub(crate) fn read(path: &Path) -> Result<Table, CompareError> {
     let mut record = csv::StringRecord::new();
     while rows.read_record(&mut record).map_err(|error| refused(&error))? {
         let line = record.position().map_or(0, csv::Position::line);
-        reader.row(line, |place, column| {
-            let text = record.get(place).unwrap_or_default().trim();
-            let read = match column.role() {
-                _ if text.is_empty() => Some(f64::NAN),
-                role if role.is_measured() => text.parse().ok().filter(|value: &f64| !value.is_nan()),
-                Role::Edge => text.parse().ok().map(|flag: bool| f64::from(u8::from(flag))),
-                _ => text.parse().ok().and_then(exact),
-            };
-            read.ok_or_else(|| text.to_owned())
-        })?;
+        reader.row(line, &record)?;
     }
     Ok(reader.table)
 }
 
-/// A whole number as a double, if that is exact.
-fn exact(whole: u64) -> Option<f64> {
-    (whole <= MOST_WHOLE).then_some(whole as f64)
+/// A cell as a double, if it is a number, or a flag, that one is exactly.
+fn number(text: &str, role: Role) -> Option<f64> {
+    match role {
+        _ if text.is_empty() => Some(f64::NAN),
+        role if role.is_measured() => text.parse().ok().filter(|value: &f64| !value.is_nan()),
+        Role::Edge => text.parse().ok().map(|flag: bool| f64::from(u8::from(flag))),
+        _ => text.parse().ok().filter(|whole: &u64| *whole <= MOST_WHOLE).map(|whole| whole as f64),
+    }
 }
 
 /// A table that is being read.
@@ -305,18 +301,15 @@ impl<'a> Reader<'a> {
         Ok(Reader { path, places, table: Table::new(columns) })
     }
 
-    /// Adds a row. `cell` returns the number in a place, or the text that is none.
-    fn row(
-        &mut self,
-        line: u64,
-        cell: impl Fn(usize, Column) -> Result<f64, String>,
-    ) -> Result<(), CompareError> {
+    /// Adds the row of a line.
+    fn row(&mut self, line: u64, record: &csv::StringRecord) -> Result<(), CompareError> {
         let row = self.table.len();
         for n in 0..self.places.len() {
             let (column, place) = self.places[n];
-            let (text, accepted) = match cell(place, column) {
-                Err(text) => (text, accepted(column)),
-                Ok(value) => match self.refuses(row, column, value) {
+            let text = record.get(place).unwrap_or_default().trim();
+            let (text, accepted) = match number(text, column.role()) {
+                None => (text.to_owned(), accepted(column)),
+                Some(value) => match self.refuses(row, column, value) {
                     Some(accepted) => (column.cell(value).to_string(), accepted),
                     None => {
                         self.table.push(column, value);

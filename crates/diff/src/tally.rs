@@ -298,15 +298,11 @@ pub struct Draft {
     tolerances: [f64; COUNT],
     counts: Counts,
     largest_shift_s: f64,
-    ruptures: bool,
+    /// Whether ruptures may differ where no slip event does.
+    pub(crate) ruptures: bool,
 }
 
 impl Draft {
-    /// Allows ruptures to differ where no slip event does.
-    pub fn allow_ruptures(&mut self) {
-        self.ruptures = true;
-    }
-
     fn take(&mut self, outcome: &Outcome, group: &Group<'_>) {
         if outcome.class == Class::Identical {
             return;

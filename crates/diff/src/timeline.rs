@@ -77,13 +77,9 @@ pub(crate) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timelin
         Some(run_events(pair, run, "ruptures", &ruptures.table, thinning))
     });
     let runs = events.chain(ruptures).collect();
-    let places: Vec<HashMap<Key, usize>> = report
-        .runs
-        .iter()
-        .map(|run| {
-            run.events.matches.iter().enumerate().map(|(place, found)| (key_of_match(found), place)).collect()
-        })
-        .collect();
+    let keyed = |(place, found): (usize, &Match)| (key(found.class, &found.old, &found.new), place);
+    let places: Vec<HashMap<Key, usize>> =
+        report.runs.iter().map(|run| run.events.matches.iter().enumerate().map(keyed).collect()).collect();
     let findings = listed
         .iter()
         .map(|&(run, finding)| {
@@ -177,10 +173,6 @@ type Key = (Class, Option<u64>, Option<u64>);
 fn key(class: Class, old: &[Extent], new: &[Extent]) -> Key {
     let first = |events: &[Extent]| events.first().map(|event| event.event);
     (class, first(old), first(new))
-}
-
-fn key_of_match(found: &Match) -> Key {
-    key(found.class, &found.old, &found.new)
 }
 
 /// Thins out matches if there are too many: of identical and of differing ones, keeps one in a given

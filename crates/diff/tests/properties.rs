@@ -12,6 +12,17 @@ use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::{Parts, SlipEvent};
 use asperity_testkit::{Random, slip_event};
 
+/// The class when the sides are swapped.
+fn swapped(class: Class) -> Class {
+    match class {
+        Class::Split => Class::Merged,
+        Class::Merged => Class::Split,
+        Class::Missing => Class::Extra,
+        Class::Extra => Class::Missing,
+        same => same,
+    }
+}
+
 /// From 1 to 10^decades, as many in each decade.
 fn decades(random: &mut Random, decades: i32) -> u64 {
     random.log_uniform(1.0, 10f64.powi(decades)) as u64
@@ -386,7 +397,7 @@ fn by_cycles_every_event_finds_its_counterpart_and_swapping_the_sides_mirrors_it
         let missing = forth.findings.iter().find(|finding| finding.class == Class::Missing);
         assert_eq!(missing.map(|finding| finding.old[0].event), Some(at as u64), "case {case}");
         let mut mirrored: Expected =
-            found(&back).into_iter().map(|(class, new, old)| (class.mirrored(), old, new)).collect();
+            found(&back).into_iter().map(|(class, new, old)| (swapped(class), old, new)).collect();
         mirrored.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
         assert_eq!(found(&forth), mirrored, "case {case}");
     }
@@ -409,14 +420,14 @@ fn swapping_the_sides_mirrors_everything() {
         let policy = if case % 2 == 0 { tolerant() } else { Policy::default() };
         let (forth, back) = (compare(&old, &new, &policy), compare(&new, &old, &policy));
         let mut mirrored: Expected =
-            found(&back).into_iter().map(|(class, new, old)| (class.mirrored(), old, new)).collect();
+            found(&back).into_iter().map(|(class, new, old)| (swapped(class), old, new)).collect();
         mirrored.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
         assert_eq!(found(&forth), mirrored, "case {case}");
         assert_eq!(forth.largest_shift_s, back.largest_shift_s);
         match (forth.horizon, back.horizon) {
             (None, None) => {}
             (Some(forth), Some(back)) => {
-                assert_eq!((forth.at_s, forth.class), (back.at_s, back.class.mirrored()), "case {case}");
+                assert_eq!((forth.at_s, forth.class), (back.at_s, swapped(back.class)), "case {case}");
                 assert_eq!(forth.growth, back.growth, "case {case}");
                 assert_eq!(forth.beyond.length_blocks.test, back.beyond.length_blocks.test);
                 assert_eq!(forth.beyond.recurrence_s.test, back.beyond.recurrence_s.test);

@@ -50,7 +50,7 @@ pub(crate) fn diff(
         paths.extend(sides::logs(&new).map_err(failed)?);
         let logs = at_once(&paths, None, |path| match watch.is_stopped() {
             true => Err(failed("stopped")),
-            false => read_log(path, watch),
+            false => read_log(path, watch, paths.len() == 2),
         })?;
         let logs: BTreeMap<PathBuf, Arc<RunLog>> =
             paths.iter().cloned().zip(logs.into_iter().map(Arc::new)).collect();
@@ -77,12 +77,13 @@ fn side(side: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     }
 }
 
-fn read_log(path: &Path, watch: &Watch) -> PyResult<RunLog> {
+fn read_log(path: &Path, watch: &Watch, is_drawn: bool) -> PyResult<RunLog> {
     let begin = |log: &OpenLog| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let scenario = log.scenario();
         let summarizer = scenario.map(|scenario| Summarizer::new(&name, log.header(), scenario));
-        Ok(Summarized::begin(log.header(), log.scenario_toml(), summarizer))
+        let drawn = log.scenario().ok().flatten().filter(|_| is_drawn);
+        Ok(Summarized::begin(log.header(), log.scenario_toml(), summarizer, drawn))
     };
     let Reading { checked, observer, has_ruptures } = read_within(watch, path, begin, Verdict::holds_all)?;
     Ok(observer.finish(path, has_ruptures, checked.seen.end.as_ref()))

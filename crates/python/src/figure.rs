@@ -54,7 +54,8 @@ impl Figure {
         }
         let data = py.detach(|| collector.finish(has_ruptures, end.as_ref()));
         // A notebook says itself where its figures are from; only files bear a line about it.
-        let svg = attend(py, &Callbacks::default(), |_| figure.svg(&data, false))?.map_err(failed)?;
+        let svg = attend(py, &Callbacks::default(), |_| figure.bytes(&[&data], false, "svg"))?;
+        let (svg, _) = svg.map_err(failed)?;
         let svg = String::from_utf8(svg).map_err(failed)?;
         Ok(Figure { figure, data, svg })
     }

@@ -15,8 +15,8 @@ use crate::symbols::number;
 use crate::verdict::verdict;
 use crate::{figures, over_area, runs};
 
-/// Additions of reports to the look of all pages.
-pub(crate) const STYLE: Part =
+/// Additions to the look of all pages: figures, sketches, and what else is only in reports.
+pub const STYLE: Part =
     Part { style: concat!(include_str!("report.css"), include_str!("sketch.css")), script: "" };
 const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
 

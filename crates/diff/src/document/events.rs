@@ -11,6 +11,7 @@ use crate::report::{
     CellChange, Class, ColumnChange, Counts, Finding, Growth, Horizon, KolmogorovSmirnov, PairedBy, Report,
     RunDiff, Sample,
 };
+use crate::side_by_side::SideBySide;
 
 const RUNS: usize = 5;
 const FINDINGS: usize = 8;
@@ -249,33 +250,56 @@ pub(super) fn beyond(report: &Report) -> Vec<Block> {
             beyond.new_events,
             KolmogorovSmirnov::NAME
         )));
-        let sample = |quantity: &str, sample: &Sample| {
-            let [old, new] = [sample.old_median, sample.new_median].map(|median| median.map(short));
-            let median = |side: &Option<String>| side.clone().unwrap_or("-".to_owned());
-            let (test, medians) = (reading::test(sample), format!("{} and {}", median(&old), median(&new)));
-            Row {
-                line: Some(format!("  {quantity}: {test}, medians {medians}")),
-                ..Row::of([
-                    text(quantity),
-                    optional(old),
-                    optional(new),
-                    optional(sample.test.map(|test| short(test.distance))),
-                    text(test),
-                ])
-            }
-        };
         blocks.push(Block::Table(Table {
             caption: if n == 0 { String::new() } else { format!("From {} s on{which}", number(*at_s)) },
-            headings: headings(&["medians", "#old", "#new", "#distance", "result"]),
-            rows: vec![
-                sample("lengths, blocks", &beyond.length_blocks),
-                sample("onset to onset, s", &beyond.recurrence_s),
-            ],
             on_screen: if n == 0 { 2 } else { 0 },
-            ..Table::default()
+            ..samples(vec![
+                sample("lengths, blocks", &beyond.length_blocks, reading::test(&beyond.length_blocks)),
+                sample("onset to onset, s", &beyond.recurrence_s, reading::test(&beyond.recurrence_s)),
+            ])
         }));
     }
     blocks
+}
+
+/// The distributions of the ruptures of two parameter sets.
+pub(super) fn distributions(of: &SideBySide) -> Vec<Block> {
+    let tested = |quantity: &str, of: &Sample| {
+        let [old, new] = of.counts;
+        sample(quantity, of, format!("{}, n = {old} and {new}", reading::test(of)))
+    };
+    let rows = vec![
+        tested("sizes below the whole slider, blocks", &of.sizes_blocks),
+        tested("onset to onset, s", &of.times_s),
+    ];
+    let words = format!(
+        "ruptures from the first global slip on, or all of a run without one; {} test of one distribution:",
+        KolmogorovSmirnov::NAME
+    );
+    let table = Table { on_screen: rows.len(), ..samples(rows) };
+    vec![Block::Figures(of.distributions.clone()), Block::Words(words), Block::Table(table)]
+}
+
+/// A table of tested distributions.
+fn samples(rows: Vec<Row>) -> Table {
+    let headings = headings(&["medians", "#old", "#new", "#distance", "result"]);
+    Table { headings, rows, ..Table::default() }
+}
+
+fn sample(quantity: &str, sample: &Sample, test: String) -> Row {
+    let [old, new] = [sample.old_median, sample.new_median].map(|median| median.map(short));
+    let median = |side: &Option<String>| side.clone().unwrap_or("-".to_owned());
+    let medians = format!("{} and {}", median(&old), median(&new));
+    Row {
+        line: Some(format!("  {quantity}: {test}, medians {medians}")),
+        ..Row::of([
+            text(quantity),
+            optional(old),
+            optional(new),
+            optional(sample.test.map(|test| short(test.distance))),
+            text(test),
+        ])
+    }
 }
 
 /// Its effect on the results derived from the events.

@@ -1,11 +1,12 @@
 //! What was set differently, the numbers of the runs, and their ruptures.
 
+use asperity_numbers::{Convergence, Summary};
 use asperity_record::counted;
 use serde_json::{Value, json};
 
 use super::{
     Block, Cell, FINDINGS_BELOW_PHYSICS, OTHERS, ROWS_MOST, Row, Table, by_class, headings, is_one, line_of,
-    merged, num, of_run, optional, table, text,
+    merged, num, of_run, optional, side_by_side, table, text,
 };
 use crate::column::Column;
 use crate::reading::{self, SHOWN, is_there, short, signed};
@@ -35,20 +36,28 @@ pub(super) fn settings(report: &Report) -> Vec<Block> {
     table(Table { headings, rows, on_screen: SETTINGS, more: Some("keys"), ..Table::default() })
 }
 
-pub(super) fn row_of(change: &NumberChange) -> Row {
+/// Two values of a number; behind them what it is worth, if it is marked.
+fn row_of(change: &NumberChange, is_marked: bool) -> Row {
     let [old, new] = [&change.old, &change.new].map(|value| num(reading::value(value)));
-    Row::of([
+    let mut row = Row::of([
         if change.key.contains(' ') { text(&change.key) } else { Cell::Key(change.key.clone()) },
         old,
         new,
         num(reading::difference(change)),
         num(reading::change(change)),
-    ])
+    ]);
+    let key = Summary::KEYS.iter().find(|of| of.column.name == change.key);
+    let marked = key.map(|of| of.convergence).filter(|of| *of != Convergence::Robust);
+    let worth = marked.map_or_else(String::new, |of| format!("{} {}", of.mark(), of.word()));
+    row.cells.extend(is_marked.then(|| text(worth)));
+    row
 }
 
 /// The numbers of the summaries, those that one asks for first in front.
 pub(super) fn numbers(report: &Report) -> Vec<Block> {
-    let heads = headings(&["the runs", "#old", "#new", "#difference", "#relative"]);
+    let is_marked = side_by_side(report).is_some();
+    let heads = ["the runs", "#old", "#new", "#difference", "#relative"].into_iter();
+    let heads = headings(&heads.chain(is_marked.then_some("worth")).collect::<Vec<_>>());
     let mut blocks = if is_one(report) { Vec::new() } else { numbers_of_many(report) };
     for run in report.runs.iter().filter(|run| !run.summary.is_empty()) {
         let there = run.summary.iter().filter(|number| is_there(number));
@@ -71,13 +80,13 @@ pub(super) fn numbers(report: &Report) -> Vec<Block> {
         let folded = |what: String, changes: &mut dyn Iterator<Item = &&NumberChange>| Table {
             caption: format!("{of_run}{what}"),
             headings: heads.clone(),
-            rows: changes.map(|change| row_of(change)).collect(),
+            rows: changes.map(|change| row_of(change, is_marked)).collect(),
             ..Table::default()
         };
         if is_one(report) {
             let names: Vec<&str> = same.iter().map(|change| &*change.key).collect();
             let on_screen = differing.len();
-            let rows = differing.iter().map(|change| row_of(change)).collect();
+            let rows = differing.iter().map(|change| row_of(change, is_marked)).collect();
             blocks.extend(table(Table { headings: heads.clone(), rows, on_screen, ..Table::default() }));
             match (names.len(), differing.is_empty()) {
                 (0, _) => {}
@@ -139,6 +148,14 @@ pub(super) fn numbers_of_many(report: &Report) -> Vec<Block> {
     table(Table { headings: headings(&["the runs", "pairs", ""]), rows, on_screen, ..Table::default() })
 }
 
+/// How many ruptures there are, by class, if any are compared.
+pub(super) fn fates(report: &Report) -> Option<String> {
+    let compared = || report.runs.iter().filter_map(|run| run.ruptures.as_ref());
+    let counts: Counts = compared().map(|of| &of.table.counts).sum();
+    let (old, new) = compared().fold((0, 0), |(old, new), of| (old + of.old, new + of.new));
+    compared().next().map(|_| format!("{old} old and {new} new ruptures: {}", by_class(&counts, "none")))
+}
+
 /// The fate of the ruptures.
 pub(super) fn ruptures(report: &Report) -> Vec<Block> {
     let compared: Vec<_> = report
@@ -147,12 +164,7 @@ pub(super) fn ruptures(report: &Report) -> Vec<Block> {
         .enumerate()
         .filter_map(|(place, run)| Some((place, run, run.ruptures.as_ref()?)))
         .collect();
-    let mut blocks = Vec::new();
-    if !compared.is_empty() {
-        let counts: Counts = compared.iter().map(|(.., ruptures)| &ruptures.table.counts).sum();
-        let (old, new) = compared.iter().fold((0, 0), |(old, new), (.., of)| (old + of.old, new + of.new));
-        blocks.push(Block::Words(format!("{old} old and {new} new ruptures: {}", by_class(&counts, "none"))));
-    }
+    let mut blocks: Vec<Block> = fates(report).into_iter().map(Block::Words).collect();
     let by_cycles = || compared.iter().filter(|(.., of)| of.table.paired_by == PairedBy::Cycles);
     for (_, run, ruptures) in by_cycles().take(OTHERS) {
         blocks.push(Block::Words(format!(

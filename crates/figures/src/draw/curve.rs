@@ -8,7 +8,7 @@ use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
 use serde_json::{Map, Value};
 
-use super::kind::{Figure, Labelled, keys, level_look, overlaid};
+use super::kind::{Figure, Labelled, keys, level_look, not_both, one_or_several, overlaid};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Layout, Panel, Pen, RED, Shape, Sheet};
 
@@ -42,14 +42,11 @@ impl CurveFigure {
 
 impl Figure for CurveFigure {
     fn runs(&self) -> Vec<(&str, Pen<'_>)> {
-        let series = self.series.iter().enumerate().map(|(n, of)| (of.run.as_str(), Pen::nth(n, &of.label)));
-        series.chain(self.run.as_deref().map(|run| (run, Pen::nth(0, "")))).collect()
+        one_or_several(&self.run, &self.series)
     }
 
     fn check(&self) -> Result<(), String> {
-        if self.run.is_some() && !self.series.is_empty() {
-            return Err("it has both run and series (accepted: one of them)".to_owned());
-        }
+        not_both(&self.run, &self.series)?;
         self.keys().map(drop)
     }
 

@@ -195,6 +195,18 @@ pub(super) struct Labelled {
     pub(super) label: String,
 }
 
+/// The runs of a figure of one run or, in place of it, of several.
+pub(super) fn one_or_several<'a>(run: &'a Option<String>, series: &'a [Labelled]) -> Vec<(&'a str, Pen<'a>)> {
+    let series = series.iter().enumerate().map(|(n, of)| (of.run.as_str(), Pen::nth(n, &of.label)));
+    series.chain(run.as_deref().map(|run| (run, Pen::nth(0, "")))).collect()
+}
+
+/// Refuses both, one run and several.
+pub(super) fn not_both(run: &Option<String>, series: &[Labelled]) -> Result<(), String> {
+    let refused = "it has both run and series (accepted: one of them)";
+    if run.is_some() && !series.is_empty() { Err(refused.to_owned()) } else { Ok(()) }
+}
+
 impl Labelled {
     pub(super) fn runs(&self) -> impl Iterator<Item = &str> {
         std::iter::once(self.run.as_str())

@@ -1,6 +1,6 @@
-//! `F_T / F_N` against time with the friction coefficients and, where there is one, the theory
-//! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
-//! to 6.12).
+//! `F_T / F_N` against time: of one run with the friction coefficients and, where there is one, the theory
+//! of its rise, and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
+//! to 6.12); or the curves of several runs alone.
 
 use std::collections::BTreeSet;
 
@@ -8,14 +8,19 @@ use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
 
-use super::kind::{Figure, keys, levels, of_one_run};
+use super::kind::{Figure, Labelled, keys, levels, not_both, one_or_several};
 use super::scale::Scale;
 use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
-    Load: run;
+    Load;
 
+    /// The run, where it is one.
+    run: Option<String>,
+    /// In place of `run` several, each with its label in the legend: their load curves alone.
+    #[serde(default)]
+    series: Vec<Labelled>,
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
     /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `t (s)` and `F_T/F_N`, each
@@ -33,17 +38,33 @@ const PARTS: f64 = 600.0;
 const DOT_RADIUS: f64 = 3.5;
 
 impl Figure for Load {
-    of_one_run!(RequiredData::LOADS);
+    fn runs(&self) -> Vec<(&str, Pen<'_>)> {
+        one_or_several(&self.run, &self.series)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        not_both(&self.run, &self.series)?;
+        self.measured().map(drop)
+    }
+
+    fn required_data(&self) -> RequiredData {
+        RequiredData::LOADS
+    }
 
     fn measured(&self) -> Result<Option<Measured>, String> {
         let names = [["time_s", "t (s)"], ["ft_fn", "F_T/F_N"]];
         MeasuredFile::points(&self.measured, &self.measured_label, names.map(|names| (names, false)))
     }
 
-    fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let duration_s = run.plan.grid.time_s(run.header.steps);
         let load: Vec<(f64, f64)> =
             run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
+        if self.series.len() > 1 {
+            // Steep teeth are lost in dashes.
+            let curve = Layer::line(pen.label, load, Dash::Solid, pen.look.2);
+            return Ok(Sheet::single(Scale::tight("t (s)"), Scale::free("F_T/F_N"), vec![curve]));
+        }
         let simulated = Layer::line("F_T/F_N", load, Dash::Solid, INK);
         // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
         let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
@@ -90,8 +111,27 @@ fn peaks(loads: &[run_data::Load]) -> Vec<&run_data::Load> {
 
 #[cfg(test)]
 mod tests {
-    use super::peaks;
+    use super::{Figure, RequiredData, peaks};
     use asperity_numbers::run_data::Load;
+    use asperity_testkit::made_up::{self, EVENTS};
+
+    #[test]
+    fn several_runs_have_a_load_curve_each_and_nothing_else() {
+        let of = |runs: &str| -> super::Load {
+            toml::from_str(&format!("file = 'f.png'\nsliding = true\n{runs}")).unwrap()
+        };
+        let mut run = made_up::run("", &EVENTS);
+        run.kept = RequiredData::LOADS;
+        let labels = |runs: &str| {
+            let figure = of(runs);
+            let parts = figure.runs().into_iter().map(|(_, pen)| figure.part(&run, pen).unwrap()).collect();
+            figure.sheet(parts).unwrap().labels()
+        };
+        let [low, high] = ["{ run = 'a', label = 'low' }", "{ run = 'b', label = 'high' }"];
+        assert_eq!(labels(&format!("series = [{low}, {high}]")), ["low", "high"]);
+        assert_eq!(labels(&format!("series = [{low}]")), labels("run = 'a'"));
+        assert!(of(&format!("run = 'a'\nseries = [{high}]")).check().is_err());
+    }
 
     #[test]
     fn an_event_is_one_line_as_high_as_most_blocks_slid() {

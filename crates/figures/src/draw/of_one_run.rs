@@ -1,5 +1,5 @@
-//! Figures of one run without a pipeline: what a pipeline says of a kind, and what `draw` fills in where
-//! nobody gives it.
+//! Figures of one run, or of two beside each other, without a pipeline: what a pipeline says of a kind, and what
+//! `draw` fills in where nobody gives it.
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -19,7 +19,7 @@ use super::print;
 use super::print::about::About;
 use super::print::page::Page;
 use super::sheet::{Panel, Sheet};
-use super::{FigureError, Figures, Origins, drawn};
+use super::{Caption, FigureError, Figures, Origins, drawn};
 use crate::spelling::spelled;
 
 /// Kinds that compare runs, and show next to nothing of one.
@@ -100,7 +100,7 @@ impl Kind {
     /// In words, with the key, the value and what is accepted.
     pub fn check(self, set: &[String]) -> Result<(), String> {
         let any = Extent { blocks: 100, columns: 100, duration_s: 1.0, law: None };
-        self.figures("run", &any, set).map(drop)
+        self.figures(&[("run", "run")], &any, set).map(drop)
     }
 
     /// The figure of a run, with keys that are given as `KEY=VALUE`.
@@ -114,28 +114,41 @@ impl Kind {
         scenario: &Scenario,
         set: &[String],
     ) -> Result<OneFigure, String> {
-        let about = Extent {
-            blocks: header.blocks,
-            columns: header.contacts().columns(),
-            duration_s: header.time_grid().time_s(header.steps),
-            law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
-        };
-        Ok(OneFigure { kind: self, figures: self.figures(run, &about, set)?, may_be_empty: false })
+        let about = Extent::of(header, scenario);
+        let figures = self.figures(&[(run, run)], &about, set)?;
+        Ok(OneFigure { kind: self, figures, may_be_empty: false })
     }
 
-    fn figures(self, run: &str, about: &Extent, set: &[String]) -> Result<Figures, String> {
+    /// The figure of two runs of a kind that shows several, each with its label, with keys that are given as
+    /// `KEY=VALUE`.
+    ///
+    /// # Errors
+    /// As [`Kind::check`].
+    pub fn of_two(self, runs: [(&RunData, &str); 2], set: &[String]) -> Result<OneFigure, String> {
+        let [old, new] = runs.map(|(run, _)| Extent::of(&run.header, &run.scenario));
+        let about = Extent { law: old.law.or(new.law), ..old };
+        let figures = self.figures(&runs.map(|(run, label)| (&*run.name, label)), &about, set)?;
+        Ok(OneFigure { kind: self, figures, may_be_empty: false })
+    }
+
+    /// Of runs, each with its label.
+    fn figures(self, runs: &[(&str, &str)], about: &Extent, set: &[String]) -> Result<Figures, String> {
         let mut keys = about.usual(self.name);
         // In labels an underscore sets a subscript.
-        let label = run.replace('_', "\\_");
-        let (labelled, grouped) =
-            (json!([{ "run": run, "label": label }]), json!([{ "runs": [run], "label": label }]));
+        let entry = |(run, label): &(&str, &str)| {
+            let label = label.replace('_', "\\_");
+            match self.name {
+                "front-speeds" => json!({ "runs": [run], "label": label }),
+                _ => json!({ "run": run, "label": label }),
+            }
+        };
+        let has_series = self.all_keys().any(|key| key == "series");
         for key in self.all_keys() {
             let value = match key {
                 "file" => json!(format!("{}.png", self.name)),
-                "run" if self.curves().is_none() => json!(run),
+                "run" if !has_series => json!(runs[0].0),
                 "curve" => json!(self.name),
-                "series" if self.name == "front-speeds" => grouped.clone(),
-                "series" | "panel" => labelled.clone(),
+                "series" | "panel" => runs.iter().map(entry).collect(),
                 _ => continue,
             };
             keys.insert(key.to_owned(), value);
@@ -184,6 +197,15 @@ struct Extent {
 }
 
 impl Extent {
+    fn of(header: &RunHeader, scenario: &Scenario) -> Extent {
+        Extent {
+            blocks: header.blocks,
+            columns: header.contacts().columns(),
+            duration_s: header.time_grid().time_s(header.steps),
+            law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
+        }
+    }
+
     /// Keys that pipelines must give, and `draw` need not.
     fn usual(&self, kind: &str) -> Map<String, Value> {
         let Extent { blocks, columns, duration_s, law } = self;
@@ -243,7 +265,7 @@ impl Target {
     }
 }
 
-/// A figure of one run.
+/// A figure of one run, or of two.
 pub struct OneFigure {
     /// Its kind.
     pub kind: Kind,
@@ -274,23 +296,30 @@ impl OneFigure {
         files: &FileSet,
         target: &Target,
     ) -> Result<(), FigureError> {
-        let (page, about) = self.drawn(run, provenance)?;
+        let (page, about) = self.drawn(&[run], provenance)?;
         print::write(&page, &about, files, &target.files(self.kind))
     }
 
-    /// Draws it as SVG, without a file.
+    /// Draws it of the runs that it was asked for, in the format that an ending names, without a file; with what is
+    /// said of it.
     ///
     /// # Errors
-    /// If the run has not what it shows.
-    pub fn svg(&self, run: &RunData, provenance: bool) -> Result<Vec<u8>, FigureError> {
-        let (page, about) = self.drawn(run, provenance)?;
-        print::bytes(&page, &about, "svg").map_err(|problem| self.failed(problem))
+    /// If the runs have not what it shows.
+    pub fn bytes(
+        &self,
+        runs: &[&RunData],
+        provenance: bool,
+        ending: &str,
+    ) -> Result<(Vec<u8>, Caption), FigureError> {
+        let (page, about) = self.drawn(runs, provenance)?;
+        let bytes = print::bytes(&page, &about, ending).map_err(|problem| self.failed(problem))?;
+        Ok((bytes, about.words))
     }
 
-    fn drawn(&self, run: &RunData, provenance: bool) -> Result<(Page, About), FigureError> {
-        let drawn = self
-            .sheet(run)
-            .and_then(|(what, sheet)| drawn(what, &sheet, Origins::of_run(&run.header), provenance));
+    fn drawn(&self, runs: &[&RunData], provenance: bool) -> Result<(Page, About), FigureError> {
+        let mut origins = Origins::default();
+        runs.iter().for_each(|run| origins.add(&Origins::of_run(&run.header)));
+        let drawn = self.sheet(runs).and_then(|(what, sheet)| drawn(what, &sheet, origins, provenance));
         drawn.map_err(|problem| self.failed(problem))
     }
 
@@ -299,12 +328,12 @@ impl OneFigure {
     }
 
     /// What is on it, in words that need no thesis; and what figures of its kind show.
-    fn sheet(&self, run: &RunData) -> Result<(&'static str, Sheet), String> {
+    fn sheet(&self, runs: &[&RunData]) -> Result<(&'static str, Sheet), String> {
         let (what, figure) = self.figures.all()[0];
-        let parts = figure.runs().into_iter().map(|(_, pen)| figure.part(run, pen));
+        let parts = figure.runs().into_iter().zip(runs).map(|((_, pen), run)| figure.part(run, pen));
         let sheet = figure.sheet(parts.collect::<Result<_, _>>()?)?;
         if !self.may_be_empty && sheet.all_panels().all(Panel::is_empty) {
-            return Err(format!("run {} has nothing that figures of this kind show", run.name));
+            return Err(format!("run {} has nothing that figures of this kind show", runs[0].name));
         }
         Ok((what, sheet))
     }
@@ -381,7 +410,7 @@ mod tests {
                     panic!("{kind:?} of {}", run.name)
                 };
                 let run = asperity_numbers::run_data::RunData { kept: figure.required_data(), ..run.clone() };
-                if let Ok((what, sheet)) = figure.sheet(&run) {
+                if let Ok((what, sheet)) = figure.sheet(&[&run]) {
                     let Caption { title, caption } = words(what, &sheet);
                     captions.insert((kind.name, format!("{title}: {caption}")));
                 }

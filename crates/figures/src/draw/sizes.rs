@@ -30,7 +30,13 @@ impl Figure for Sizes {
     of_runs_in!(series);
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
-        distribution(run, pen, self.from_blocks, self.fit)
+        let mut sheet = distribution(run, pen, self.from_blocks, self.fit)?;
+        // Of several runs without a fit, shares alone: whose law it were, nothing would say.
+        if self.fit == SizeLaw::None && self.series.len() > 1 {
+            let law = of_magnitudes(run);
+            sheet.panels[0].layers.retain(|layer| !law.contains(layer));
+        }
+        Ok(sheet)
     }
 }
 

@@ -44,7 +44,8 @@ fn each_kind_has_a_picture_and_a_heading() {
 
 /// The picture of this name that commands left in a folder.
 fn found(folder: &Path, name: &str) -> PathBuf {
-    let places = ["", "several/figures", "sweep/figures"].map(|place| folder.join(place).join(name));
+    let places = ["", "several/figures", "sweep/figures", "refined/figures"]
+        .map(|place| folder.join(place).join(name));
     places.into_iter().find(|path| path.exists()).unwrap_or_else(|| panic!("no command makes {name}"))
 }
 

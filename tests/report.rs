@@ -637,8 +637,10 @@ fn a_sweep_has_a_page_with_its_runs() {
     assert_eq!(html.matches("src=\"data:image/").count(), 1);
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
     assert_eq!(table.matches("<tr>").count(), 11, "headings and ten runs");
-    // Columns of numbers have number headings, with or without a unit.
-    for heading in ["<i>θ</i>", "precursor count", "first global rupture onset (s)"] {
+    // Columns of numbers have number headings, with or without a unit, and with the mark of what is not robust.
+    let why = "one draw of a chaotic series: compare statistics of several runs";
+    let marked = format!("precursor count <span title=\"{why}\">~</span>");
+    for heading in ["<i>θ</i>", &marked, "first global rupture onset (s)"] {
         assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
     }
     assert!(!table.contains("status</th>") && !table.contains("reason</th>"));

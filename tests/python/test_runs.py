@@ -579,6 +579,23 @@ def test_a_study_is_reproduced_and_drawn(command: Command, tmp_path: Path) -> No
     assert {path.name for path in drawn} == {"count.png", "count.svg", "count.pdf"} and all(path.is_file() for path in drawn)
 
 
+def test_a_refinement_has_the_table_of_the_command(command: Command, tmp_path: Path) -> None:
+    values = {"parameter_set": "as-stated", "time.duration_s": 1, "time.step_s": 1e-7}
+    given = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+    command("--quiet", "refine", "ten-blocks", "--out", tmp_path / "theirs", *given)
+    theirs = pl.read_parquet(tmp_path / "theirs/tables/refinement.parquet")
+    mine = asperity.refine("ten-blocks", tmp_path / "mine", set=values)
+    assert pl.DataFrame(mine).equals(theirs) and "of the mesh" in set(theirs["found"])
+    assert (tmp_path / "mine/figures/refinement.png").is_file()
+    # It goes on with the runs of the command; without a folder they are temporary.
+    again = asperity.refine(asperity.Scenario("ten-blocks", values), tmp_path / "theirs", stop=lambda: True)
+    assert pl.DataFrame(again).equals(theirs)
+    with pytest.raises(asperity.Interrupted, match="contains the runs so far"):
+        asperity.refine("ten-blocks", set=values, stop=lambda: True)
+    with pytest.raises(asperity.Refused, match="a single block has no mesh"):
+        asperity.refine("spring-slider")
+
+
 def test_a_stopped_sweep_continues(tmp_path: Path) -> None:
     axes = {"friction.spread_seed": range(1, 201)}
     given = {"friction.static_spread": 0.05, "time.duration_s": 0.5}

@@ -1,15 +1,14 @@
 //! `asperity refine`: what the numbers of a scenario are worth.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::Convergence;
+use asperity_numbers::refined::Refined;
 use asperity_record::{counted, short};
-use asperity_study::refine::{self, Refined, Refinement};
+use asperity_study::refine;
 use asperity_study::work::Making;
 use asperity_study::{Plan, plan};
-use asperity_tables::table_files;
 use clap::Args;
 
 use crate::exit::Failure;
@@ -33,8 +32,9 @@ on a mesh half as fine, each three times, with moduli that differ in their
 sixth digit; nine of a lattice that has no node halfway along a side. A chain
 keeps its decay length. A line for each number: its value, its class as found,
 and its changes on the finer mesh, with the shorter step, and between runs
-that differ by a kick. Called again, it goes on, also with results that other
-processes or nodes have made. docs/internals/convergence.md says more.")]
+that differ by a kick, as figures/refinement.png shows. Called again, it goes
+on, also with results that other processes or nodes have made.
+docs/internals/convergence.md says more.")]
 pub(crate) struct RefineArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
@@ -56,31 +56,26 @@ pub(crate) fn command(arguments: &RefineArguments, board: &Board) -> Result<(), 
         must_be_new(out)?;
     }
     let scenario = choice.resolve_and_tell(board)?;
-    let name = choice.scenario.display();
-    let refinement =
-        Refinement::of(&scenario).map_err(|problem| Failure::BadInput(format!("{name}: {problem}")))?;
-    let (plan, _) = Plan::begun(&refinement.study, &choice.scenario, out, false, *jobs)?;
-    let runs = counted(plan.rows.len() as u64, "run");
-    board.line(&format!("{}: {runs}, the work of {:.0} as given", scenario.name, refinement.work_ratio));
+    let (study, work_ratio) = refine::study_of(&scenario)
+        .map_err(|problem| Failure::BadInput(format!("{}: {problem}", choice.scenario.display())))?;
+    let runs = counted(study.count(), "run");
+    board.line(&format!("{}: {runs}, the work of {work_ratio:.0} as given", scenario.name));
+    let lists: Vec<&str> = scenario.lists_by_block().map(|(key, _)| key).collect();
+    if !lists.is_empty() {
+        board.line(&format!("resampled on other meshes: {}", lists.join(", ")));
+    }
     if *only_plan {
+        Plan::begun(&study, &choice.scenario, out, false, *jobs)?;
         return Ok(say(out.join(plan::FILE).display())?);
     }
     interrupt::install()?;
     let making = Making { jobs: *jobs, ..Making::new(out, board) };
-    let results = making.make_missing(&plan, |_| true)?;
-    results.check()?;
-    let refined = Refined::all(&plan, &results)?;
+    let (refined, results) = refine::make(&study, &choice.scenario, &making)?;
     lines(&refined).iter().try_for_each(say)?;
-    write(out, &refined)?;
-    say(out.join("tables").join("refinement.csv").display())?;
+    for file in ["tables/refinement.csv", "figures/refinement.png"] {
+        say(out.join(file).display())?;
+    }
     outcome(&results, |_| true)
-}
-
-/// Writes the table, in place of that of an earlier call.
-fn write(out: &Path, refined: &[Refined]) -> Result<(), Failure> {
-    let files = FileSet::new(Existing::Replace, Inputs::default());
-    table_files::write(&files, &out.join("tables"), "refinement", refine::table(refined))?;
-    Ok(files.publish()?)
 }
 
 /// A line for each number that all runs have, by its class as found, and how many numbers some run lacks.
@@ -89,20 +84,17 @@ fn lines(refined: &[Refined]) -> Vec<String> {
     let line = |one: &Refined| {
         let (found, [mesh, step, kicks]) = (one.found()?, one.changes?.map(|change| 100.0 * change));
         let value = short(one.medians[0]?);
-        let worse = if one.is_worse_than_stated() { "; stated as robust" } else { "" };
+        let is_worse = found != Convergence::Robust && one.number.key.convergence == Convergence::Robust;
+        let worse = if is_worse { "; stated as robust" } else { "" };
         let name = one.number.name();
-        Some((
-            found,
-            format!(
-                "{name:name_width$}  {value:>12}  {:<11}  finer mesh {mesh:.1} %, shorter step {step:.1} %, kicks {kicks:.1} %{worse}",
-                found.word()
-            ),
+        Some(format!(
+            "{name:name_width$}  {value:>12}  {:<11}  finer mesh {mesh:.1} %, shorter step {step:.1} %, kicks {kicks:.1} %{worse}",
+            found.word()
         ))
     };
-    let mut found: Vec<(Convergence, String)> = refined.iter().filter_map(line).collect();
-    found.sort_by_key(|(class, _)| *class);
-    let missing = refined.len() - found.len();
-    let mut lines: Vec<String> = found.into_iter().map(|(_, line)| line).collect();
-    lines.push(format!("{} not all runs have", counted(missing as u64, "number")));
+    let mut sorted: Vec<&Refined> = refined.iter().collect();
+    sorted.sort_by_key(|one| one.found());
+    let mut lines: Vec<String> = sorted.into_iter().filter_map(line).collect();
+    lines.push(format!("{} not all runs have", counted((refined.len() - lines.len()) as u64, "number")));
     lines
 }

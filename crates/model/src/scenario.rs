@@ -30,6 +30,7 @@ use toml::Value;
 use crate::body::elastic::gaps;
 use crate::law::laws::Law;
 use crate::law::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
+use crate::plan::disorder::Quantity;
 use crate::scenario::choices::{DriveKind, ParameterSet, Reattach};
 pub use crate::scenario::keys::{
     Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
@@ -178,6 +179,20 @@ impl Scenario {
         let least_m_per_s = EVENT_SPEED_RATIO * drive.velocity_m_per_s;
         let most_m_per_s = EVENT_SPEED_RATIO * drive.fastest_m_per_s();
         most_m_per_s.min(least_m_per_s.max(EVENT_SPEED_SHARE * dynamic_m_per_s))
+    }
+
+    /// The lists with a number for each block, without empty ones.
+    pub fn lists_by_block(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let offsets = Quantity::ALL.map(|of| (of.offsets_key(), of.offsets(self)));
+        let others = [
+            ("friction.evolution_offsets", self.friction.evolution_offsets.as_slice()),
+            ("initial_shear.profile", &self.initial_shear.profile),
+            ("prestress.profile", &self.prestress.profile),
+            ("initial.displacement_m", &self.initial.displacement_m),
+            ("initial.velocity_m_per_s", &self.initial.velocity_m_per_s),
+            ("initial.stick_position_m", &self.initial.stick_position_m),
+        ];
+        offsets.into_iter().chain(others).filter(|(_, list)| !list.is_empty())
     }
 
     /// The files that it names, from which its values were read; empty texts for none.

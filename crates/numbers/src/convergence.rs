@@ -16,7 +16,7 @@ pub enum Convergence {
 }
 
 /// The most by which a robust number changes, over its value.
-const MOST_CHANGE: f64 = 0.05;
+pub const MOST_CHANGE: f64 = 0.05;
 
 /// A change with the mesh is one beyond chance if it is this many times that between draws.
 const BEYOND_DRAWS: f64 = 2.0;

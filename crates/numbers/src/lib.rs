@@ -88,6 +88,7 @@ pub mod plane_waves;
 pub mod precursors;
 mod rate_and_state;
 mod raw;
+pub mod refined;
 pub mod required_data;
 pub mod run_data;
 mod run_result;

@@ -41,7 +41,7 @@ pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
 }
 
 /// A line for each mark of numbers that are not robust.
-fn what_marks_mean() -> String {
+pub fn what_marks_mean() -> String {
     let marked = Convergence::ALL.iter().filter(|(.., mark, _)| !mark.is_empty());
     marked.map(|(.., mark, why)| format!("{mark} {why}\n")).collect()
 }

@@ -46,7 +46,7 @@ mod _native {
         memory::Memory,
         run::{Run, open, resume, run},
         scenario::{Scenario, scenarios},
-        study::{Sweep, reproduce, sweep},
+        study::{Sweep, refine, reproduce, sweep},
         tables::Table,
     };
 }

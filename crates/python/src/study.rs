@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use asperity_numbers::{Summary, text};
 use asperity_record::{Cell, Column};
 use asperity_study::plan::FILE;
+use asperity_study::refine::{make, study_of, table};
 use asperity_study::work::{Made, Making};
 use asperity_study::{Outputs, Plan, Reproduction, Results, RowSink, Study, StudyError, Watcher, collect};
 use pyo3::prelude::*;
@@ -51,17 +52,7 @@ pub(crate) fn sweep(
     let written = axes.map(|axes| of_axes(&given, &values, axes, set, keep)).transpose()?;
     // A folder of a study that has been planned.
     let is_folder = written.is_none() && given.join(FILE).exists();
-    let mut temporary = None;
-    let folder = match out {
-        _ if is_folder => given.clone(),
-        Some(out) => out,
-        None => {
-            let created = py.import("tempfile")?.getattr("TemporaryDirectory")?.call0()?;
-            let name = created.getattr("name")?.extract()?;
-            temporary = Some(created.unbind());
-            name
-        }
-    };
+    let (folder, temporary) = folder_of(py, if is_folder { Some(given.clone()) } else { out })?;
     let plan = attend(py, &Callbacks::default(), |_| match is_folder {
         true => Plan::read(&folder),
         false => {
@@ -83,6 +74,44 @@ pub(crate) fn sweep(
     })?;
     let (results, tables) = made.map_err(|error| of_study(error, &folder))?;
     Ok(Sweep { plan, results, folder, tables, temporary })
+}
+
+/// Makes the runs of a scenario's refinement that are missing, on all cores, and returns the table of what each number is
+/// worth (docs/internals/convergence.md): its values on each mesh, its changes, and its class as found and as stated.
+///
+/// `scenario` is a scenario, its name or its file; `set` are other values. `out` is the folder of runs, table, figure and
+/// page, where a later call, or `asperity refine`, continues; without it they are temporary.
+#[pyfunction]
+#[pyo3(signature = (scenario, out = None, *, set = None, jobs = None, progress = None, stop = None))]
+pub(crate) fn refine(
+    py: Python<'_>,
+    scenario: &Bound<'_, PyAny>,
+    out: Option<PathBuf>,
+    set: Option<&Bound<'_, PyMapping>>,
+    jobs: Option<i64>,
+    progress: Option<Bound<'_, PyAny>>,
+    stop: Option<Bound<'_, PyAny>>,
+) -> PyResult<Table> {
+    let jobs = at_once(jobs)?;
+    let scenario = Scenario::new(py, Some(scenario), set, None)?.resolved;
+    let (study, _) = study_of(&scenario).map_err(refused)?;
+    // A temporary folder stays until the table is made.
+    let (folder, _temporary) = folder_of(py, out)?;
+    let callbacks = Callbacks::new(py, "refine", progress, stop, study.count())?;
+    let made = attend(py, &callbacks, |watch| {
+        make(&study, Path::new(&scenario.name), &Making { jobs, ..Making::new(&folder, &**watch) })
+    })?;
+    let (refined, _) = made.map_err(|error| of_study(error, &folder))?;
+    Ok(Table::of(&table(&refined)))
+}
+
+/// A folder, or else a temporary one and its object in Python, which removes it.
+fn folder_of(py: Python<'_>, given: Option<PathBuf>) -> PyResult<(PathBuf, Option<Py<PyAny>>)> {
+    if let Some(folder) = given {
+        return Ok((folder, None));
+    }
+    let created = py.import("tempfile")?.getattr("TemporaryDirectory")?.call0()?;
+    Ok((created.getattr("name")?.extract()?, Some(created.unbind())))
 }
 
 /// Makes the runs of a pipeline that a folder lacks, and all of its tables, figures and claims, and their page there.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use asperity_model::scenario::keys::Key;
 use asperity_numbers::claim::Claim;
-use asperity_numbers::{Convergence, Summary, front_speed_m_per_s};
+use asperity_numbers::text::what_marks_mean;
+use asperity_numbers::{Summary, front_speed_m_per_s};
 use asperity_record::rounded as round;
 use serde::Serialize;
 
@@ -355,17 +356,13 @@ fn numbers(summary: &Summary) -> String {
             Cell::Html(lettered(&key.label())),
             Cell::of(&value, 6),
             Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
-            Cell::text(if key.convergence == Convergence::Robust { "" } else { key.convergence.word() }),
+            Cell::text(key.convergence.mark()),
         ])
     });
-    let why: Vec<String> = Convergence::ALL[1..]
-        .iter()
-        .map(|(_, word, _, why)| format!("<em>{}</em>: {}", text(word), text(why)))
-        .collect();
     format!(
-        "<details><summary>All numbers of this run</summary>\n{}<p>{}.</p></details>\n",
+        "<details><summary>All numbers of this run</summary>\n{}{}</details>\n",
         table("", "", &["of", "number", "#value", "unit", "worth"], rows),
-        why.join("; ")
+        what_marks_mean().lines().map(paragraph).collect::<String>()
     )
 }
 

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use asperity_model::Scenario;
 use asperity_model::scenario::keys::{self, Key};
-use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
+use asperity_numbers::text::what_marks_mean;
+use asperity_numbers::{Convergence, Summary};
 use asperity_record::Cell as Stored;
 
 use crate::claims;
@@ -167,7 +168,12 @@ impl Sweep {
             (None, Some(key)) => lettered(&key.label()),
             (None, None) => text(name),
         };
-        unit.filter(|unit| *unit != "1").map_or(words.clone(), |unit| format!("{words} ({})", text(unit)))
+        let unit =
+            unit.filter(|unit| *unit != "1").map_or(String::new(), |unit| format!(" ({})", text(unit)));
+        let class = of_summary.map(|key| key.convergence).filter(|class| !class.mark().is_empty());
+        let mark =
+            |class: Convergence| format!(" <span title=\"{}\">{}</span>", text(class.why()), class.mark());
+        words + &unit + &class.map_or(String::new(), mark)
     }
 
     fn runs(&self) -> String {
@@ -209,7 +215,8 @@ impl Sweep {
                 self.rows.len()
             ));
         }
-        said + &table("runs", "", &headings, rows)
+        said + &what_marks_mean().lines().map(paragraph).collect::<String>()
+            + &table("runs", "", &headings, rows)
     }
 
     /// The number of a run, with the command that makes its log, and links to its log and page, where there are any.

@@ -11,7 +11,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use asperity_figures::Figure;
+use asperity_figures::{Figure, Kind};
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::scenario::files::UnfitState;
 use asperity_model::scenario::keys::Key;
@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};
 use crate::error::StudyError;
 use crate::file::Keep;
+use crate::refine::resampled;
 use crate::runs::{Named, check_name};
 use crate::study::{Grid, Study};
 
@@ -433,8 +434,21 @@ impl Common {
         let source = self.source.get_or_init(|| {
             self.set.iter().fold(ScenarioSource::new(&self.scenario, &self.scenario_toml), with)
         });
-        let source = self.assignments(values).iter().fold(source.clone(), with);
-        Scenario::resolve_with(&source, &self.files).map_err(|errors| errors.to_string())
+        let resolve = |assignments: &[String]| {
+            let source = assignments.iter().fold(source.clone(), with);
+            Scenario::resolve_with(&source, &self.files).map_err(|errors| errors.to_string())
+        };
+        let mut assignments = self.assignments(values);
+        // A refinement, which its figure marks, has its lists on each mesh.
+        let is_refinement = self.figures.iter().any(|figure| figure.kind == Kind::Refinement);
+        let blocks = self.keys.iter().zip(values).find(|(key, _)| *key == "slider.blocks");
+        if let (true, Some((_, Cell::Step(blocks)))) = (is_refinement, blocks) {
+            let given = resolve(&[])?;
+            let lists = given.lists_by_block().filter(|_| !given.slider.is_over_area());
+            let new = lists.map(|(key, list)| format!("{key}={:?}", resampled(list, *blocks as usize)));
+            assignments.extend(new);
+        }
+        resolve(&assignments)
     }
 }
 

@@ -234,6 +234,7 @@ impl Sheet {
             };
             let natural = match (&self.layout, columns) {
                 (Layout::Close(shape), _) => above(row) + shape * (place(0).1 - place(0).0) + below,
+                (Layout::Tall(height), _) => above(row) + height + below,
                 (Layout::Stacked, _) => STACKED[row] * shorter,
                 (_, 1) => TALL * shorter,
                 _ => LOW * shorter,

@@ -7,6 +7,7 @@
 mod curves;
 mod gather;
 mod map;
+mod refinement;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -35,7 +36,8 @@ pub struct Drawer {
 impl Drawer {
     /// Of these figures.
     pub fn new(figures: &[Figure]) -> Drawer {
-        Drawer { figures: figures.iter().cloned().map(Gathered::new).collect(), heads: <_>::default() }
+        let begun = |figure: &Figure| Gathered { figure: figure.clone(), ..Gathered::default() };
+        Drawer { figures: figures.iter().map(begun).collect(), heads: <_>::default() }
     }
 
     /// A table with these columns begins.
@@ -78,6 +80,7 @@ impl Drawer {
                 Kind::PhaseMap { statistic, scattered } => map::sheet(gathered, statistic, scattered),
                 Kind::Family { joined, theory } => curves::family(gathered, joined, theory, scenario_of),
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
+                Kind::Refinement => Ok(refinement::sheet(&gathered.figure, &gathered.refined)),
             };
             let Figure { title, width_mm, measured, .. } = &gathered.figure;
             let sheet = Sheet { width_mm: *width_mm, ..sheet.map_err(failed)?.titled(title) };
@@ -102,6 +105,7 @@ fn what(gathered: &Gathered) -> String {
         }
         Kind::Family { .. } => format!("Curves of a number of runs{}", worth(Some(&gathered.figure.y))),
         Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),
+        Kind::Refinement => "What numbers are worth: how they change with mesh, step and kicks".to_owned(),
     }
 }
 

@@ -209,6 +209,8 @@ pub(super) enum Layout {
     Stacked,
     /// Close together, with numbers at the outer ones alone: panels of the same axes, of this height over their width.
     Close(f64),
+    /// One panel of this height, in pixels.
+    Tall(f64),
     /// On a page of the format A4: sheets one above the other, others side by side below them, and at the foot a table
     /// of what numbers are of, and the numbers.
     Page { wide: Vec<Sheet>, beside: Vec<Sheet>, numbers: Vec<(String, String)> },

@@ -11,7 +11,7 @@ use super::measured::Measured;
 use super::written::Statistic;
 
 /// What is on an axis of a figure, or in its colours: a column of the table of runs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// The column.
@@ -25,7 +25,7 @@ pub struct Quantity {
 }
 
 /// What sort of figure it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Colours over two keys.
@@ -42,6 +42,9 @@ pub enum Kind {
         /// Whether theory stands beside them.
         theory: bool,
     },
+    /// What the numbers of a refined scenario are worth.
+    #[default]
+    Refinement,
     /// Precursor lengths against the load.
     Lengths {
         /// The law; none for the one that a scenario calls for.
@@ -67,7 +70,7 @@ pub(crate) fn theory(number: &str, scenario: &Scenario) -> Option<f64> {
 }
 
 /// A figure whose names are all known.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figure {
     /// Its kind.
@@ -94,4 +97,13 @@ pub struct Figure {
     /// Points that were measured elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measured: Option<Measured>,
+}
+
+impl Figure {
+    /// That of a refinement: what each number is worth.
+    pub fn refinement() -> Figure {
+        let quantity = |label: &str| Quantity { label: label.to_owned(), ..Quantity::default() };
+        let (x, y) = (quantity("change over the larger value (%)"), quantity("what numbers are worth"));
+        Figure { kind: Kind::Refinement, file: "refinement.png".to_owned(), x, y, ..Figure::default() }
+    }
 }

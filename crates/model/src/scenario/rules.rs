@@ -168,17 +168,8 @@ fn drives_move_backwards_by_the_two_way_rule(scenario: &Scenario, refusals: &mut
 
 fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.contacts() as usize;
-    let others = [
-        ("friction.evolution_offsets", scenario.friction.evolution_offsets.as_slice()),
-        ("initial_shear.profile", &scenario.initial_shear.profile),
-        ("prestress.profile", &scenario.prestress.profile),
-        ("initial.displacement_m", &scenario.initial.displacement_m),
-        ("initial.velocity_m_per_s", &scenario.initial.velocity_m_per_s),
-        ("initial.stick_position_m", &scenario.initial.stick_position_m),
-    ];
-    let offsets = Quantity::ALL.map(|quantity| (quantity.offsets_key(), quantity.offsets(scenario)));
-    for (key, values) in offsets.into_iter().chain(others) {
-        if !values.is_empty() && values.len() != blocks {
+    for (key, values) in scenario.lists_by_block() {
+        if values.len() != blocks {
             refusals.refuse(
                 key,
                 format!("{} for {}", counted(values.len() as u64, "number"), counted(blocks as u64, "block")),

@@ -262,6 +262,16 @@ def sweep(
     stop: Callable[[], object] | None = None,
 ) -> Sweep: ...
 
+def refine(
+    scenario: Scenario | _Path,
+    out: _Path | None = None,
+    *,
+    set: Mapping[str, Any] | None = None,
+    jobs: int | None = None,
+    progress: _Progress = None,
+    stop: Callable[[], object] | None = None,
+) -> Table: ...
+
 def reproduce(
     pipeline: _Path,
     out: _Path,

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use asperity_model::Scenario;
 use asperity_numbers::RuptureGrowth;
+use asperity_numbers::refined::Refined;
 use asperity_record::{Cell, Reach};
 
 use crate::{Figure, Kind, Quantity, place};
@@ -79,13 +80,15 @@ impl<'a> Row<'a> {
 pub(super) const LEVELS: usize = 50;
 
 /// What is kept for one figure.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Gathered {
     pub(super) figure: Figure,
     /// Of the run that comes next, the ruptures from block 1 that reach farther than all before them: whether each
     /// reached every block, and its load.
-    farther: RuptureGrowth<(bool, f64)>,
+    pub(super) farther: RuptureGrowth<(bool, f64)>,
     pub(super) samples: Vec<Sample>,
+    /// Of each run of a refinement, the numbers that are judged.
+    pub(super) refined: Vec<Vec<Option<f64>>>,
     pub(super) panels: Values,
     pub(super) colours: Values,
     /// Words across and upwards.
@@ -98,11 +101,6 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    pub(super) fn new(figure: Figure) -> Gathered {
-        let (farther, samples, panels, colours, across, upwards, marks, loads) = <_>::default();
-        Gathered { figure, farther, samples, panels, colours, across, upwards, marks, loads }
-    }
-
     /// Takes a rupture of the run that comes next. They come in the order in which they became
     /// certain.
     pub(super) fn rupture(&mut self, row: Row<'_>) {
@@ -123,6 +121,10 @@ impl Gathered {
     pub(super) fn run(&mut self, row: Row<'_>) {
         let farther = std::mem::take(&mut self.farther);
         let Figure { kind, x, y, colour, facet, at, .. } = &self.figure;
+        if *kind == Kind::Refinement {
+            self.refined.push(Refined::numbers().map(|number| row.number(number.name())).collect());
+            return;
+        }
         let &Cell::Step(run) = row.cell("run") else { return };
         if at.iter().any(|(key, wanted)| place(row.cell(key)).as_ref() != Some(wanted)) {
             return;

@@ -13,11 +13,11 @@ pub const KICKS: usize = 3;
 pub struct Refined {
     /// The number.
     pub number: Number,
-    /// The median of its runs as given, on the finer mesh, with the shorter step, and on the coarser mesh; `None` if one of
-    /// them lacks it.
+    /// The median of its runs as given, on the finer mesh, with the shorter step, and on the coarser mesh; `None` if
+    /// one of them lacks it.
     pub medians: [Option<f64>; 4],
-    /// Its changes, each over the larger value: on the finer mesh, with the shorter step, and the largest between runs that
-    /// differ by a kick.
+    /// Its changes, each over the larger value: on the finer mesh, with the shorter step, and the largest between runs
+    /// that differ by a kick.
     pub changes: Option<[f64; 3]>,
 }
 

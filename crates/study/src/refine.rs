@@ -30,8 +30,8 @@ const STIFFNESS_RATIO: &str = "friction.interfacial_stiffness_ratio";
 /// The keys that count nodes.
 const NODES: [&str; 3] = ["slider.blocks", "slider.across", "slider.rows"];
 
-/// The runs of a scenario's refinement, the variants each with its kicks, and their work over that of the scenario itself.
-/// A lattice that has no node halfway along a side gets no coarser mesh.
+/// The runs of a scenario's refinement, the variants each with its kicks, and their work over that of the scenario
+/// itself. A lattice that has no node halfway along a side gets no coarser mesh.
 ///
 /// # Errors
 /// In words, of a single block, or of a list of blocks by their numbers.

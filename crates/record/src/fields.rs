@@ -114,20 +114,17 @@ fn append_doubles(message: &mut Vec<u8>, tag: u32, numbers: &[f64]) {
     }
     encoding::encode_key(tag, WireType::LengthDelimited, message);
     encoding::encode_varint(size_of_val(numbers) as u64, message);
-    let from = message.len();
-    message.resize(from + size_of_val(numbers), 0);
-    let (places, _) = message[from..].as_chunks_mut();
-    for (place, number) in places.iter_mut().zip(numbers) {
-        *place = number.to_le_bytes();
-    }
+    let bytes: Vec<[u8; 8]> = numbers.iter().map(|number| number.to_le_bytes()).collect();
+    message.extend_from_slice(bytes.as_flattened());
 }
 
 /// Whether a field has no number that is infinite or NaN.
+#[expect(clippy::eq_op, reason = "infinity without itself is no number")]
 fn is_finite(field: &dyn Any) -> bool {
     let one = field.downcast_ref::<f64>().map(slice::from_ref);
     let numbers = one.or_else(|| field.downcast_ref::<Vec<f64>>().map(Vec::as_slice));
-    // All of them, so that several are seen at once.
-    numbers.is_none_or(|numbers| numbers.iter().fold(true, |all, number| all & number.is_finite()))
+    // All of them, so that several are seen at once: what is left of a number without itself has no bit, or is no number.
+    numbers.is_none_or(|numbers| numbers.iter().fold(0, |bits, x| bits | (x - x).to_bits()) == 0)
 }
 
 bulk! {

@@ -105,13 +105,9 @@ impl Writer {
     /// # Errors
     /// If the system refuses.
     pub fn add(&mut self, run: u64, is_done: bool, packed: &[u8]) -> io::Result<()> {
-        let mut frame = vec![0; 4];
-        frame.push(u8::from(is_done));
-        frame.extend(run.to_le_bytes());
-        frame.extend(u32::try_from(packed.len()).map_err(io::Error::other)?.to_le_bytes());
-        frame.extend(packed);
-        let crc = crc32fast::hash(&frame[4..]);
-        frame[..4].copy_from_slice(&crc.to_le_bytes());
+        let length = u32::try_from(packed.len()).map_err(io::Error::other)?;
+        let rest = [&[u8::from(is_done)], &run.to_le_bytes()[..], &length.to_le_bytes(), packed].concat();
+        let frame = [&crc32fast::hash(&rest).to_le_bytes(), &rest[..]].concat();
         self.locked.file().write_all(&frame)?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
             self.sync()?;

@@ -105,7 +105,7 @@ fn as_io(error: csv::Error) -> io::Error {
 }
 
 impl TableWriter for CsvRows<BufWriter<File>> {
-    fn write(&mut self, table: &mut Table) -> io::Result<()> {
+    fn write(&mut self, table: &Table) -> io::Result<()> {
         (0..table.rows()).try_for_each(|row| self.push(table.row(row)))
     }
 

@@ -41,12 +41,12 @@ impl Format {
 
 /// A table's file that is being written.
 pub(crate) trait TableWriter {
-    /// Adds the rows of a table, which may be taken out of it.
-    fn write(&mut self, table: &mut Table) -> io::Result<()>;
+    /// Adds the rows of a table.
+    fn write(&mut self, table: &Table) -> io::Result<()>;
 
-    /// Whether it takes the rows out of a table, so that they are in memory once; it writes after all others.
-    fn takes_rows(&self) -> bool {
-        false
+    /// Ends a group of rows, in a format that has such groups.
+    fn end_group(&mut self) -> io::Result<()> {
+        Ok(())
     }
 
     /// Ends the file. `about` describes the source of the rows, as names and texts, for formats that have a place

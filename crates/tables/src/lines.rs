@@ -13,7 +13,7 @@ use crate::table::Table;
 pub(crate) struct Lines(pub(crate) BufWriter<File>);
 
 impl TableWriter for Lines {
-    fn write(&mut self, table: &mut Table) -> io::Result<()> {
+    fn write(&mut self, table: &Table) -> io::Result<()> {
         for row in 0..table.rows() {
             serde_json::to_writer(&mut self.0, &Line(table, row))?;
             self.0.write_all(b"\n")?;

@@ -1,8 +1,7 @@
 //! Tables as Parquet, compressed with zstd; here because only this crate may use polars.
 //!
-//! Other programs read them, this one does not. The rows that are written at a time are a row group, so memory does
-//! not grow with the table. Units, meanings and the source of the rows are in the file's key-value metadata under
-//! `asperity:`.
+//! Other programs read them, this one does not. Only a row group is in memory at a time. Units, meanings and the source
+//! of the rows are in the file's key-value metadata under `asperity:`.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -26,6 +25,8 @@ pub(crate) struct Parquet {
     writer: BatchedWriter<BufWriter<UntilRefused<File>>>,
     /// The system's reason for a refused write: the library reports some of them as a "transport error".
     refusal: Refusal,
+    /// The row group in progress: its rows take less than half of the memory that they take in a table.
+    group: DataFrame,
     units_and_meanings: Vec<(String, String)>,
 }
 
@@ -34,7 +35,7 @@ impl Parquet {
         start_threads().map_err(io::Error::other)?;
         let out = UntilRefused::new(file);
         let refusal = out.refusal();
-        let writer = frame(&mut Table::new("", table.columns.clone()))
+        let writer = frame(&Table::new("", table.columns.clone()))
             .and_then(|empty| ParquetWriter::new(BufWriter::new(out)).batched(empty.schema()))
             .map_err(|error| in_words(&refusal, error))?;
         let of_columns = |text: fn(&asperity_record::Column) -> Option<&str>| {
@@ -45,7 +46,7 @@ impl Parquet {
             ("asperity:units".to_owned(), of_columns(|column| column.unit)),
             ("asperity:meanings".to_owned(), of_columns(|column| Some(&column.about))),
         ];
-        Ok(Parquet { writer, refusal, units_and_meanings })
+        Ok(Parquet { writer, refusal, group: DataFrame::default(), units_and_meanings })
     }
 
     /// Ends the file. The writer's own method for that accepts no metadata, of which some are known only now.
@@ -57,12 +58,13 @@ impl Parquet {
 }
 
 impl TableWriter for Parquet {
-    fn takes_rows(&self) -> bool {
-        true
+    fn write(&mut self, table: &Table) -> io::Result<()> {
+        let added = frame(table).and_then(|rows| self.group.vstack_mut_owned(rows).map(drop));
+        added.map_err(|error| in_words(&self.refusal, error))
     }
 
-    fn write(&mut self, table: &mut Table) -> io::Result<()> {
-        let written = frame(table).and_then(|frame| self.writer.write_batch(&frame));
+    fn end_group(&mut self) -> io::Result<()> {
+        let written = self.writer.write_batch(std::mem::take(&mut self.group).rechunk_mut());
         written.map_err(|error| in_words(&self.refusal, error))
     }
 
@@ -72,12 +74,11 @@ impl TableWriter for Parquet {
     }
 }
 
-/// Rows as a polars table, out of which it takes them column by column.
-fn frame(table: &mut Table) -> PolarsResult<DataFrame> {
-    let rows = table.rows();
-    let column = |(column, values): (&asperity_record::Column, Values)| {
+/// Rows as a polars table.
+fn frame(table: &Table) -> PolarsResult<DataFrame> {
+    let column = |(column, values): (&asperity_record::Column, &Values)| {
         let name = column.name.as_ref().into();
-        Column::from(match &values {
+        Column::from(match values {
             Values::Counts(values) => Series::new(name, values),
             Values::Steps(values) => Series::new(name, values),
             Values::Numbers(values) => Series::new(name, values),
@@ -87,8 +88,7 @@ fn frame(table: &mut Table) -> PolarsResult<DataFrame> {
             }
         })
     };
-    let values = table.take();
-    DataFrame::new(rows, table.columns.iter().zip(values).map(column).collect())
+    DataFrame::new(table.rows(), table.columns.iter().zip(table.values()).map(column).collect())
 }
 
 /// The reason of a failure: the system's, if it refused a write, otherwise the library's.
@@ -167,9 +167,10 @@ mod tests {
                 let number = || Cell::Number(*value);
                 let (step, count, flag) = (Cell::Step(u64::MAX), Cell::Count(u32::MAX), Cell::Flag(true));
                 table.push([step, number(), count, number(), number(), Cell::Empty, number(), flag]);
+                writer.write(&table).unwrap();
+                table.clear();
             }
-            writer.write(&mut table).unwrap();
-            table.take();
+            writer.end_group().unwrap();
         }
         let (scenario_hash, code_version) = ("5c".to_owned(), "c0de".to_owned());
         let header = RunHeader { scenario_hash, code_version, time_step_s: 1e-7, ..run_header() };
@@ -182,7 +183,7 @@ mod tests {
         let metadata = reader.get_metadata().unwrap().clone();
         let frame = reader.finish().unwrap();
         fs::remove_file(&path).unwrap();
-        assert_eq!(metadata.row_groups.len(), 2, "the rows written at a time are a row group");
+        assert_eq!(metadata.row_groups.len(), 2, "the rows up to the end of a group");
         let read = frame.column("displacement_m").unwrap().f64().unwrap();
         let read: Vec<u64> = read.iter().map(|value| value.unwrap().to_bits()).collect();
         assert_eq!(read, DOUBLES.map(f64::to_bits));

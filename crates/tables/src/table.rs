@@ -153,10 +153,9 @@ impl Table {
         self.rows
     }
 
-    /// Removes all rows, and returns the cells of the columns.
-    pub fn take(&mut self) -> Vec<Values> {
-        let none = Table::new(self.name.clone(), self.columns.clone());
-        std::mem::replace(self, none).values
+    /// Removes all rows.
+    pub fn clear(&mut self) {
+        *self = Table::new(std::mem::take(&mut self.name), std::mem::take(&mut self.columns));
     }
 
     /// The topic of a log as part of a file name: `step`, `events.slip`.
@@ -184,7 +183,7 @@ mod tests {
         assert_eq!(table.rows(), 2);
         assert!(table.row(0).eq(row(0, Cell::Empty)));
         assert!(table.row(1).eq(row(1, Cell::Number(2.5))));
-        table.take();
+        table.clear();
         assert_eq!(table.rows(), 0);
         table.push(row(2, Cell::Empty));
         assert_eq!(table.values()[0].cell(0), Cell::Step(2));

@@ -17,8 +17,11 @@ use crate::tables::rupture_columns;
 /// The formats of the tables that runs are reduced to.
 const REDUCED: [Format; 2] = [Format::Csv, Format::Parquet];
 
-/// Rows of a table that are in memory at a time: those that polars puts into a row group.
-const GROUP_ROWS: usize = 512 * 512;
+/// Rows of a table that a run is reduced to in a row group: as many as polars chooses.
+const GROUP_ROWS: u64 = 512 * 512;
+
+/// Rows of such a table that are in memory at a time, besides the row group in progress.
+const BATCH_ROWS: usize = 1 << 14;
 
 /// The files of a table that is being written, each with the same rows.
 pub struct TableFiles {
@@ -60,20 +63,25 @@ impl TableFiles {
         Ok(TableFiles { writers, rows: 0 })
     }
 
-    /// Writes the rows of a table, and removes them from it.
+    /// Writes the rows of a table, up to the end of a row group, and removes them from it.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&mut self, table: &mut Table) -> Result<(), FileError> {
+        self.pass(table, true)
+    }
+
+    /// Writes rows that may not be the last of their row group.
+    fn pass(&mut self, table: &mut Table, ends_group: bool) -> Result<(), FileError> {
         self.rows += table.rows() as u64;
-        for takes_rows in [false, true] {
-            for (path, writer) in
-                self.writers.iter_mut().filter(|(_, writer)| writer.takes_rows() == takes_rows)
-            {
-                writer.write(table).map_err(FileError::io(path))?;
+        for (path, writer) in &mut self.writers {
+            let mut written = writer.write(table);
+            if ends_group {
+                written = written.and_then(|()| writer.end_group());
             }
+            written.map_err(FileError::io(path))?;
         }
-        table.take();
+        table.clear();
         Ok(())
     }
 
@@ -87,10 +95,7 @@ impl TableFiles {
         table: &mut Table,
         about: &[(String, String)],
     ) -> Result<Vec<PathBuf>, FileError> {
-        // A table without rows has a row group as well.
-        if table.rows() > 0 || self.rows == 0 {
-            self.write(table)?;
-        }
+        self.write(table)?;
         let end = |(path, writer): (PathBuf, Box<dyn TableWriter>)| {
             writer.finish(about).map_err(FileError::io(&path)).map(|()| path)
         };
@@ -114,8 +119,7 @@ pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
 /// The files of such a table that are to be begun: their set, folder and name.
 type Begun<'a> = (&'a FileSet, &'a Path, &'a str);
 
-/// Such a table with a row for some records or events, written while these pass: as many rows as a row group are in
-/// memory.
+/// Such a table with a row for some records or events, written while these pass.
 pub struct PassingTable<'r> {
     table: Table,
     /// Or the first failure to write.
@@ -167,12 +171,13 @@ impl<'r> PassingTable<'r> {
     }
 
     fn pass(&mut self, record: Option<&Record>, event: Option<&Event>) {
+        let Ok(files) = &mut self.files else { return };
         (self.row)(record, event).into_iter().for_each(|row| self.table.push(row));
-        if self.table.rows() == GROUP_ROWS {
-            if let Err(error) = self.files.as_mut().map_or(Ok(()), |files| files.write(&mut self.table)) {
+        if self.table.rows() == BATCH_ROWS {
+            let ends_group = (files.rows + BATCH_ROWS as u64).is_multiple_of(GROUP_ROWS);
+            if let Err(error) = files.pass(&mut self.table, ends_group) {
                 self.files = Err(error);
             }
-            self.table.take();
         }
     }
 

@@ -95,7 +95,6 @@ impl Expansion {
         };
         let blocks = plan.blocks;
         let zeros = || vec![0.0; blocks];
-        let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Expansion {
             chain: *chain,
             blocks,
@@ -109,9 +108,9 @@ impl Expansion {
             first_u: Rows::new(blocks, 2),
             first_v: Rows::new(blocks, 2),
             first_guard: Rows::new(blocks, 2),
-            u: rows(),
-            v: rows(),
-            guard: rows(),
+            u: Rows::new(blocks, 0),
+            v: Rows::new(blocks, 0),
+            guard: Rows::new(blocks, 0),
             strain: [Rows::new(blocks + 1, 2), Rows::new(blocks + 1, 2)],
             terms: 0,
             applications: 0,
@@ -181,6 +180,10 @@ impl Expansion {
         }
         if radiation > 0.0 {
             kernels::radiate(d_guard, d_v, &self.sigma, radiation);
+        }
+        // Not before: many runs of a study have no windows.
+        if self.u.all().len() <= self.u.pitch {
+            [self.u, self.v, self.guard] = [(); 3].map(|()| Rows::new(blocks, MOST_TERMS + 1));
         }
         let second = Held { u: d_u, v: d_v, ..held };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);

@@ -59,11 +59,11 @@ summary! {
         }
         "First slip of the whole slider" Robust {
             /// Onset of the first rupture that reached every block, s; null if there is none.
-            first_global_rupture_onset_s: Option<f64> = run.global.first().map(|first| first.onset_s),
+            first_global_rupture_onset_s: Option<f64> as OfTheMesh = run.global.first().map(|first| first.onset_s),
             /// Time at which the last block began to slide in it, s.
-            first_global_rupture_last_block_s: Option<f64> = run.global.first().map(|first| first.arrival_s),
+            first_global_rupture_last_block_s: Option<f64> as OfTheMesh = run.global.first().map(|first| first.arrival_s),
             /// Time at which its last block stopped, s; null if one still slid at the end of the run.
-            first_global_rupture_end_s: Option<f64> = run.global.first().and_then(|first| first.end_s),
+            first_global_rupture_end_s: Option<f64> as OfTheMesh = run.global.first().and_then(|first| first.end_s),
             /// `F_T / F_N` at its onset.
             first_global_rupture_ft_fn: Option<f64> [unit = "1"] =
                 run.ratio(run.global.first().map(|first| first.ft_fn_onset)),
@@ -75,7 +75,7 @@ summary! {
                 run.global.first().and_then(|first| run.speed_m_per_s(first)),
             /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
             /// to earlier slip, the onset is long before the slider slipped.
-            first_global_event_onset_s: Option<f64> = run.raw.first_global.as_ref().map(|first| first.onset_s),
+            first_global_event_onset_s: Option<f64> as OfTheMesh = run.raw.first_global.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at the onset of that event.
             first_global_event_ft_fn: Option<f64> [unit = "1"] =
                 run.ratio(run.raw.first_global.as_ref().map(|first| first.ft_fn_onset)),

@@ -180,6 +180,7 @@ mod tests {
         [
             ("default", include_str!("../../../fixtures/refinement/default.csv")),
             ("slab-coarse", include_str!("../../../fixtures/refinement/slab-coarse.csv")),
+            ("pmma-block", include_str!("../../../fixtures/refinement/pmma-block.csv")),
             ("rate-and-state", include_str!("../../../fixtures/refinement/rate-and-state.csv")),
             ("chain-junctions", include_str!("../../../fixtures/refinement/chain-junctions.csv")),
         ]

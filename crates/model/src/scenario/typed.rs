@@ -111,7 +111,11 @@ fn in_words(text: &str, span: &std::ops::Range<usize>, message: &str, listed_in:
             _ if expected.contains("nonzero") => "a whole number from 1",
             _ => expected,
         },
-        _ => return message.to_owned(),
+        // The words of a type of a file.
+        _ => match message.strip_prefix("accepted: ") {
+            Some(accepted) => accepted,
+            None => return message.to_owned(),
+        },
     };
     format!("{what} is not accepted (accepted: {expected})")
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use asperity_files::Existing;
-use asperity_record::{Arrival, Event, EventPayload, Observer, Rupture, counted};
+use asperity_record::{Arrival, EventPayload, LoadDrop, Rupture, counted};
 use asperity_recording::{Description, EXAMPLE, Recording, RecordingError};
 use asperity_run::Recorded;
 use asperity_runlog::WriteError;
@@ -90,20 +90,6 @@ fn validate(file: &RecordingFile, board: &Board) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Counts what the detectors find.
-#[derive(Default)]
-struct Counts {
-    ruptures: u64,
-    arrivals: u64,
-}
-
-impl Observer for Counts {
-    fn event(&mut self, event: &Event) {
-        self.ruptures += u64::from(event.topic() == Rupture::TOPIC);
-        self.arrivals += u64::from(event.topic() == Arrival::TOPIC);
-    }
-}
-
 fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let ReadArguments { recording: file, out, force } = arguments;
     fits("--out", out, "mcap", "a log")?;
@@ -116,7 +102,6 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
         .into_iter()
         .map(|input| (input.path, format!("{} bytes, BLAKE3 {}", input.bytes, input.blake3)));
     let inputs: BTreeMap<String, String> = told.collect();
-    let drops = found.drops.len() as u64;
     let recorded = Recorded {
         header,
         toml: recording.description.text,
@@ -126,13 +111,12 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
         drops: found.drops,
     };
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
-    let mut counts = Counts::default();
-    recorded.write(out, existing, &mut counts).map_err(|error| match error {
+    let end = recorded.write(out, existing).map_err(|error| match error {
         WriteError::File(error) => refused("--out", &error, true),
         error => Failure::failed(error),
     })?;
-    let Counts { ruptures, arrivals } = counts;
-    let [ruptures, arrivals, drops] = [(ruptures, "rupture"), (arrivals, "arrival"), (drops, "load drop")]
-        .map(|(count, what)| counted(count, what));
+    let [ruptures, arrivals, drops] =
+        [(Rupture::TOPIC, "rupture"), (Arrival::TOPIC, "arrival"), (LoadDrop::TOPIC, "load drop")]
+            .map(|(topic, what)| counted(end.message_counts.get(topic).copied().unwrap_or_default(), what));
     Ok(terminal::say(format_args!("{}: {ruptures}, {arrivals}, {drops}", out.display()))?)
 }

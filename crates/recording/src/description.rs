@@ -237,6 +237,9 @@ pub(crate) struct Channel {
     pub(crate) offset: Finite,
     area_m2: Option<Positive>,
     pub(crate) x_m: Option<f64>,
+    /// How many SI units a stored 1 is; known once the file is opened.
+    #[serde(skip)]
+    pub(crate) scale: f64,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -318,11 +321,16 @@ impl TryFrom<Value> for Columns {
 }
 
 impl Channel {
+    /// What is stored, in SI units.
+    pub(crate) fn si(&self, stored: f64) -> f64 {
+        stored * self.scale + self.offset.0 * self.scale / self.factor.0
+    }
+
     /// How many SI units a stored 1 is, given the unit that a file states for it.
     ///
     /// # Errors
     /// What is wrong with the unit.
-    pub(crate) fn scale(&self, stated: Option<&str>) -> Result<f64, String> {
+    pub(crate) fn scale_by(&self, stated: Option<&str>) -> Result<f64, String> {
         let due = self.role.quantity();
         let misfit = |unit: &str| match due {
             Some(due) => format!("unit {unit} where {} is due", due.words()),
@@ -535,8 +543,8 @@ fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refus
     })?;
     let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
     let channel = |(_, (column, x_m))| {
-        let (offset, area_m2) = (Finite(0.0), None);
-        Channel { column, role, unit: unit.clone(), factor, offset, area_m2, x_m: Some(x_m) }
+        let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
+        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
     };
     let working: Vec<Channel> = all.map(channel).collect();
     must(!working.is_empty(), at, || "all sensors are dead (accepted: one that works)".to_owned())?;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use asperity_record::LoadDrop;
 
+use crate::description::Channel;
 use crate::line::Line;
 use crate::pick::Search;
 use crate::ramp::Ramp;
@@ -22,10 +23,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) parts: &'a [Part],
     pub(crate) ramps: Vec<Vec<Ramp>>,
     pub(crate) searches: Vec<Search>,
-    /// N for a stored 1 of `F_T` and of `F_N`, and m of the load point; then what is added to each.
-    pub(crate) scales: [f64; 3],
-    pub(crate) offsets: [f64; 3],
-    /// The rows of a block in which they stand; of `F_N` and the load point if they are recorded.
+    /// The rows of a block, and in which of them `F_T` stands, and `F_N` and the load point if they are recorded.
+    pub(crate) channels: Vec<&'a Channel>,
     pub(crate) rows: [Option<usize>; 3],
     pub(crate) normal_force_n: Option<f64>,
 }
@@ -61,7 +60,7 @@ pub(crate) enum Side {
     Behind,
 }
 
-/// The place of `F_T`, `F_N` and the load point in scales, offsets and rows.
+/// The place of `F_T`, `F_N` and the load point in rows.
 const FORCE: usize = 0;
 const NORMAL: usize = 1;
 const DRIVE: usize = 2;
@@ -69,8 +68,8 @@ const DRIVE: usize = 2;
 impl Forces<'_> {
     fn quantity(&self, which: usize, rows: &Rows<'_>, samples: &Range<u64>) -> Option<Vec<f64>> {
         let (from, to) = ((samples.start - rows.first) as usize, (samples.end - rows.first) as usize);
-        let stored = rows.rows[self.rows[which]?].get(from..to)?;
-        Some(stored.iter().map(|stored| stored * self.scales[which] + self.offsets[which]).collect())
+        let row = self.rows[which]?;
+        Some(rows.rows[row].get(from..to)?.iter().map(|stored| self.channels[row].si(*stored)).collect())
     }
 
     /// The lines before and behind a ramp, and the samples whose normal force counts.
@@ -116,7 +115,7 @@ impl Forces<'_> {
         let ((ft_before_n, before_error), (ft_after_n, after_error)) =
             (first.at(ramp.begin), second.at(ramp.begin));
         let drop_n = ft_before_n - ft_after_n;
-        if drop_n < search.least * self.scales[FORCE].abs() {
+        if drop_n < search.least * self.channels[0].scale.abs() {
             return None;
         }
         let (onset_s, end_s) = (of.time_s(ramp.begin), of.time_s(ramp.end));

@@ -135,7 +135,7 @@ impl Recording {
         }
         let fresh = |part: usize| -> Vec<(Window, Values, Extremes)> {
             let values = || Values::of(surveyed.parts[part].samples, width);
-            channels.iter().map(|_| (Window::new(width, 2), values(), Extremes::default())).collect()
+            channels.iter().map(|_| (Window::new(width), values(), Extremes::default())).collect()
         };
         let mut found = ByNoise { parts: Vec::new(), rows: Vec::new(), warnings: Vec::new() };
         // What may be wrong with a channel of a part, with those that have it: told once for all.
@@ -172,7 +172,7 @@ impl Recording {
                 for ((.., with), _) in flaws.iter_mut().zip(has).filter(|(_, has)| *has) {
                     with.push((part, n));
                 }
-                let scale = surveyed.scales[self.row(stream, channels[n])];
+                let scale = channels[n].scale;
                 found.rows.push(Noise {
                     step: 0,
                     time_s: surveyed.parts[part].first_s(),
@@ -198,12 +198,6 @@ impl Recording {
             found.warnings.push(*self.fault(stream, part, channels[n], None, problem, accepted));
         }
         Ok(found)
-    }
-
-    /// The place of a channel among all of its stream.
-    pub(crate) fn row(&self, stream: usize, channel: &Channel) -> usize {
-        let mut all = self.description.streams[stream].channels();
-        all.position(|known| std::ptr::eq(known, channel)).expect("a channel of the stream")
     }
 
     /// What is wrong with a channel in a part, or with a sample of it.

@@ -8,10 +8,6 @@ use crate::window::{Scatter, Window};
 /// A candidate ends before so many windows behind its first index.
 const LONGEST: u64 = 8;
 
-/// Windows of samples before a candidate that are still needed: a ramp begins two before it, and its arrival is looked
-/// for in three before that.
-const BEHIND: u64 = 6;
-
 /// Indices at which the step statistic is beyond the threshold.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
@@ -47,7 +43,7 @@ pub(crate) struct Finder {
 
 impl Finder {
     pub(crate) fn new(search: Search) -> Finder {
-        let window = Window::new(search.width, BEHIND);
+        let window = Window::new(search.width);
         Finder { search, window, open: None, closed: VecDeque::new() }
     }
 

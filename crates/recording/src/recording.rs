@@ -80,9 +80,9 @@ impl Recording {
     ///
     /// # Errors
     /// If a file cannot be read, or what it says is not accepted.
-    pub fn open(description: Description) -> Result<Recording, RecordingError> {
+    pub fn open(mut description: Description) -> Result<Recording, RecordingError> {
         let folder = Folder::of(&description.file);
-        let surveyed = description.streams.iter().map(|stream| survey(&folder, stream));
+        let surveyed = description.streams.iter_mut().map(|stream| survey(&folder, stream));
         let streams = surveyed.collect::<Result<Vec<Surveyed>, RecordingError>>()?;
         let recording = Recording { description, folder, streams };
         let unfit = |problem: String, accepted| {
@@ -337,7 +337,7 @@ impl Recording {
         self.pass(stream, &channels, &mut |part, block, is_last| {
             let of = &surveyed.parts[part];
             for (n, (finder, row)) in finders.iter_mut().zip(block).enumerate() {
-                let (search, scale) = (search(part, n), surveyed.scales[n]);
+                let (search, scale) = (search(part, n), channels[n].scale);
                 finder.extend(row, is_last, &mut |window, ramp| {
                     if noise.parts[part][n].touches_clips(window, &ramp) {
                         return;
@@ -406,12 +406,7 @@ impl Recording {
         let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let (channels, rows) = self.force_channels(stream);
         let noise = self.noise(stream, &channels[..1], width, false)?;
-        let of = |row: Option<usize>| {
-            row.map(|row| (channels[row], surveyed.scales[self.row(stream, channels[row])]))
-        };
-        let scales = rows.map(|row| of(row).map_or(1.0, |(_, scale)| scale));
-        let offsets = rows
-            .map(|row| of(row).map_or(0.0, |(channel, scale)| channel.offset.0 * scale / channel.factor.0));
+        let scale = channels[0].scale;
         let searches: Vec<Search> = noise
             .parts
             .iter()
@@ -420,23 +415,24 @@ impl Recording {
                 let least = least(
                     detection.threshold(),
                     &scatter,
-                    detection.least_drop_n.map_or(0.0, |drop| drop.0) / scales[0].abs(),
+                    detection.least_drop_n.map_or(0.0, |drop| drop.0) / scale.abs(),
                 );
-                Search { width, scatter, least, sign: -scales[0].signum(), is_force: true }
+                Search { width, scatter, least, sign: -scale.signum(), is_force: true }
             })
             .collect();
         let mut ramps = vec![Vec::new(); surveyed.parts.len()];
         let mut finder = Finder::new(searches[0]);
         let mut at = 0;
         self.pass(stream, &channels, &mut |part, block, is_last| {
-            if let Some(row) = rows[1] {
-                let is_load = |stored: &f64| stored * scales[1] + offsets[1] > 0.0;
-                if let Some(n) = block[row].iter().position(|stored| !is_load(stored)) {
-                    let problem = "a normal force that is not above 0".to_owned();
-                    let at = Some(at + n as u64);
-                    let fault = self.fault(stream, part, channels[row], at, problem, "a load above 0 N");
-                    return Err(fault.with(Some(block[row][n].to_string())).into());
-                }
+            let unloaded = |row: usize| {
+                let n = block[row].iter().position(|stored| channels[row].si(*stored) <= 0.0)?;
+                let problem = "a normal force that is not above 0".to_owned();
+                let fault =
+                    self.fault(stream, part, channels[row], Some(at + n as u64), problem, "a load above 0 N");
+                Some(fault.with(Some(block[row][n].to_string())))
+            };
+            if let Some(fault) = rows[1].and_then(unloaded) {
+                return Err(fault.into());
             }
             finder.extend(&block[0], is_last, &mut |window, ramp| {
                 if !noise.parts[part][0].touches_clips(window, &ramp) {
@@ -451,7 +447,7 @@ impl Recording {
             Ok(())
         })?;
         let normal_force_n = self.description.slider.normal_force_n.map(|load| load.0);
-        Ok((Forces { parts: &surveyed.parts, ramps, searches, scales, offsets, rows, normal_force_n }, noise))
+        Ok((Forces { parts: &surveyed.parts, ramps, searches, channels, rows, normal_force_n }, noise))
     }
 
     fn drops(&self, stream: usize, forces: &Forces<'_>) -> Result<Vec<LoadDrop>, RecordingError> {

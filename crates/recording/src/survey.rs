@@ -77,24 +77,22 @@ pub(crate) struct Surveyed {
     pub(crate) files: Vec<String>,
     pub(crate) parts: Vec<Part>,
     pub(crate) interval_s: f64,
-    /// How many SI units a stored 1 of each channel is: of those of the array, then of the others.
-    pub(crate) scales: Vec<f64>,
 }
 
 /// Finds the parts of a stream, and checks its times and units.
-pub(crate) fn survey(folder: &Folder, stream: &Stream) -> Result<Surveyed, RecordingError> {
+pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, RecordingError> {
     let files = folder.files(stream)?;
     let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
     let opened = folder.open(stream, &files[0], &columns)?;
-    let scales = stream.channels().zip(opened.units()).map(|(channel, stated)| {
-        channel.scale(stated.as_deref()).map_err(|problem| {
+    for (channel, stated) in stream.sensors.iter_mut().chain(&mut stream.channel).zip(opened.units()) {
+        channel.scale = channel.scale_by(stated.as_deref()).map_err(|problem| {
             let place = if stated.is_some() { Place::Line(2) } else { Place::File };
             let accepted = "a unit of what the channel measures";
             let fault = InputFault::new(&folder.shown(&files[0]), place, problem, accepted);
-            RecordingError::from(fault.of(&channel.column).with(stated))
-        })
-    });
-    let scales = scales.collect::<Result<Vec<f64>, RecordingError>>()?;
+            fault.of(&channel.column).with(stated)
+        })?;
+    }
+    let stream = &*stream;
     let (parts, interval_s) = match (&stream.rate_hz, &stream.time) {
         (None, Some(time)) => times(folder, stream, &files[0], time)?,
         (rate, _) => {
@@ -124,7 +122,7 @@ pub(crate) fn survey(folder: &Folder, stream: &Stream) -> Result<Surveyed, Recor
             (parts?, interval_s)
         }
     };
-    Ok(Surveyed { files, parts, interval_s, scales })
+    Ok(Surveyed { files, parts, interval_s })
 }
 
 impl Time {

@@ -17,12 +17,14 @@ const MOST_VALUES: u64 = 1 << 17;
 const BLOCKS: u64 = 256;
 const VALUES_OF_BLOCK: u64 = 512;
 
+/// Windows of samples that are kept before the next step, or a candidate: a ramp begins two before it, and its arrival is
+/// looked for in three before that.
+const BEHIND: u64 = 6;
+
 /// Runs over the samples of a channel, and keeps those that are still needed.
 #[derive(Debug)]
 pub(crate) struct Window {
     width: u64,
-    /// How many samples before the next step are kept, in windows.
-    behind: u64,
     kept: Vec<f64>,
     /// The sample that the first kept one is.
     base: u64,
@@ -32,13 +34,13 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(width: u64, behind: u64) -> Window {
-        Window { width, behind, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0 }
+    pub(crate) fn new(width: u64) -> Window {
+        Window { width, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0 }
     }
 
     /// Adds samples, and drops those before `needed` that no later step needs.
     pub(crate) fn extend(&mut self, samples: &[f64], needed: u64) {
-        let from = needed.min(self.next).saturating_sub(self.behind * self.width);
+        let from = needed.min(self.next).saturating_sub(BEHIND * self.width);
         // Rarely, so that the rest is seldom moved.
         if from - self.base.min(from) > self.kept.len() as u64 / 2 {
             self.kept.drain(..(from - self.base) as usize);
@@ -80,8 +82,9 @@ impl Window {
 /// Chooses the values from which the scatter follows.
 #[derive(Debug)]
 pub(crate) struct Values {
-    width: u64,
-    all: u64,
+    /// Where blocks of values begin that count; none if all do.
+    starts: Vec<u64>,
+    block: usize,
     values: Vec<f64>,
 }
 
@@ -97,20 +100,19 @@ pub(crate) struct Scatter {
 impl Values {
     /// Of a part with so many samples.
     pub(crate) fn of(samples: u64, width: u64) -> Values {
-        Values { width, all: (samples + 1).saturating_sub(2 * width), values: Vec::new() }
+        let all = (samples + 1).saturating_sub(2 * width);
+        let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { 0 };
+        let blocks = if spread > 0 { BLOCKS } else { 0 };
+        let starts = (0..blocks).map(|block| width + block * spread / (BLOCKS - 1)).collect();
+        Values { starts, block: 0, values: Vec::new() }
     }
 
+    /// Adds the value of the next index.
     pub(crate) fn add(&mut self, index: u64, value: f64) {
-        let n = index - self.width;
-        let counts = self.all <= MOST_VALUES || {
-            let spread = self.all - VALUES_OF_BLOCK;
-            let start = |block: u64| block * spread / (BLOCKS - 1);
-            // The last block that starts at or before it; the quotient is rounded.
-            let near = (n * (BLOCKS - 1) / spread).min(BLOCKS - 1);
-            let block = if near + 1 < BLOCKS && start(near + 1) <= n { near + 1 } else { near };
-            n - start(block) < VALUES_OF_BLOCK
-        };
-        if counts {
+        if self.starts.get(self.block + 1).is_some_and(|next| index >= *next) {
+            self.block += 1;
+        }
+        if self.starts.get(self.block).is_none_or(|start| index - start < VALUES_OF_BLOCK) {
             self.values.push(value);
         }
     }
@@ -153,7 +155,7 @@ mod tests {
     use super::{Values, Window, median};
 
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
-        let mut window = Window::new(width, 2);
+        let mut window = Window::new(width);
         let mut found = Vec::new();
         for block in samples.chunks(each) {
             window.extend(block, u64::MAX);

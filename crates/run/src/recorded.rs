@@ -4,18 +4,13 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::Path;
 
-use asperity_record::{
-    Event, EventKind, LoadDrop, Noise, Observer, Record, Row, RunEnd, RunHeader, RunStatus,
-};
+use asperity_record::{Event, EventKind, LoadDrop, Noise, Record, Row, RunEnd, RunHeader, RunStatus};
 use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
 use crate::detectors::Settings;
 use crate::header::{CODE_VERSION, run_id};
 use crate::stream::{Given, Item, StreamError, run_in_turn};
-
-/// Why the log of a recording holds numbers from few digits.
-const CONTENT: Content = Content::Text;
 
 /// A recording that has been read.
 #[derive(Debug)]
@@ -35,22 +30,17 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Writes the log, and passes records and events to an observer.
+    /// Writes the log.
     ///
     /// # Errors
     /// If it cannot be written, or exists and must not be replaced.
-    pub fn write(
-        self,
-        path: &Path,
-        existing: Existing,
-        observer: &mut dyn Observer,
-    ) -> Result<RunEnd, WriteError> {
+    pub fn write(self, path: &Path, existing: Existing) -> Result<RunEnd, WriteError> {
         let mut header = self.header;
         header.code_version = CODE_VERSION.to_owned();
         header.run_id = run_id(&header);
         let detectors = Settings::default().start(&header, None);
         let kinds: Vec<EventKind> = detectors.kinds().chain([EventKind::of::<LoadDrop>()]).collect();
-        let mut writer = RunWriter::create(path, existing, &header, &self.toml, &kinds, CONTENT)?;
+        let mut writer = RunWriter::create(path, existing, &header, &self.toml, &kinds, Content::Text)?;
         writer.inputs(self.inputs)?;
         let time_grid = header.time_grid();
         let mut noise = self.noise.into_iter().peekable();
@@ -72,14 +62,8 @@ impl Recorded {
             Ok(records.next().map(|record| Given::Record(Record::Step(record))))
         };
         let written = run_in_turn(source, detectors, |item| match item {
-            Item::Record(record) => {
-                observer.record(&record);
-                writer.record(&record)
-            }
-            Item::Event(event) => {
-                observer.event(&event);
-                writer.event(&event)
-            }
+            Item::Record(record) => writer.record(&record),
+            Item::Event(event) => writer.event(&event),
             Item::Checkpoint(_) => Ok(()),
         });
         match written {

@@ -20,12 +20,12 @@ pub(crate) enum RecordingCommand {
     /// Print a description of a recording with every key.
     #[command(after_help = "\
 Examples:
-  asperity recording show > recording.toml")]
+  asperity recording show > out/recording.toml")]
     Show,
     /// Check a description and its files, and say what is in them.
     #[command(after_help = "\
 Examples:
-  asperity recording validate fixtures/recordings/slip/recording.toml
+  asperity recording validate out/recording.toml
 
 Reads all files once. Prints each stream with its parts, and warnings about
 channels that are clipped, dead, or coarser than their noise.")]
@@ -34,7 +34,7 @@ channels that are clipped, dead, or coarser than their noise.")]
     #[command(after_help = "\
 Examples:
   mkdir -p out
-  asperity recording read fixtures/recordings/slip/recording.toml -o out/lab.mcap
+  asperity recording read out/recording.toml -o out/lab.mcap
   asperity check out/lab.mcap
   asperity events out/lab.mcap
 

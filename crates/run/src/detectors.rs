@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use asperity_detect::{Detector, Detectors, SlipRules};
-use asperity_detect_rupture::{Links, RuptureDetector};
+use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
 use asperity_model::scenario::text::{self, Lines};
 use asperity_model::scenario::typed;
 use asperity_model::{Plan, Scenario};
@@ -42,9 +42,7 @@ const DETECTORS: &[(&str, Start)] = &[
         let detector = RuptureDetector::new(run.blocks, run.links).radiating(run.parts.radiation);
         boxed(detector.with_sensors(run.sensors))
     }),
-    ("arrival", |run| {
-        boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links).with_sensors(run.sensors))
-    }),
+    ("arrival", |run| boxed(ArrivalDetector::new(run.blocks, run.links).with_sensors(run.sensors))),
 ];
 
 fn boxed(detector: impl Detector + 'static) -> Box<dyn Detector> {

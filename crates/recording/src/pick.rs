@@ -57,7 +57,9 @@ impl Finder {
             let has_ended = |open: &mut Candidate| {
                 i > open.last + width || size > least && i >= open.first + LONGEST * width
             };
-            self.closed.extend(self.open.take_if(|open| has_ended(open)));
+            if let Some(ended) = self.open.take_if(|open| has_ended(open)) {
+                self.closed.push_back(ended);
+            }
             if size > least {
                 let open = self.open.get_or_insert(Candidate { first: i, last: i, best: i, most: size });
                 open.last = i;

@@ -4,7 +4,7 @@
 //! A recording is a set of streams, each with a clock of its own, in one part or many, and channels with a role and
 //! a unit. An array of sensors along the slider makes its contacts: sensor `j` is block `j`. In reading order:
 //!
-//! - [`Description`]: what a `recording.toml` says; [`unit`] converts what stands in files.
+//! - [`Description`]: what a `recording.toml` says; [`Unit`](unit::Unit) converts what stands in files.
 //! - [`Samples`]: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
 //!   description only.
 //! - `survey`: the parts of a stream, and when each of their samples was taken.
@@ -26,7 +26,12 @@
 //! let description = r#"
 //!     format = 1
 //!     name = "one drop"
-//!     slider = { length_m = 0.1, width_m = 0.005, height_m = 0.02, youngs_modulus_pa = 2.5e9, density_kg_per_m3 = 1200 }
+//!     [slider]
+//!     length_m = 0.1
+//!     width_m = 0.005
+//!     height_m = 0.02
+//!     youngs_modulus_pa = 2.5e9
+//!     wave_speed_m_per_s = 1450.6
 //!
 //!     [[stream]]
 //!     file = "forces.csv"

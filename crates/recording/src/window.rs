@@ -17,8 +17,8 @@ const MOST_VALUES: u64 = 1 << 17;
 const BLOCKS: u64 = 256;
 const VALUES_OF_BLOCK: u64 = 512;
 
-/// Windows of samples that are kept before the next step, or a candidate: a ramp begins two before it, and its arrival is
-/// looked for in three before that.
+/// Windows of samples that are kept before the next step, or a candidate: a ramp begins two before it, and its
+/// arrival is looked for in three before that.
 const BEHIND: u64 = 6;
 
 /// Runs over the samples of a channel, and keeps those that are still needed.

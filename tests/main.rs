@@ -46,6 +46,7 @@ mod page;
 mod parameter_sets;
 mod prestress;
 mod print;
+mod recordings;
 mod reference;
 mod refine;
 mod report;

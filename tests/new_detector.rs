@@ -41,7 +41,7 @@ const CHANGES: [(&str, &str, &str); 4] = [
     ),
     (
         "crates/run/src/detectors.rs",
-        "(\"arrival\", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links))),\n",
+        "(\"arrival\", |run| boxed(ArrivalDetector::new(run.blocks, run.links).with_sensors(run.sensors))),\n",
         "    (\"longest\", |_| boxed(asperity_detect_longest::LongestDetector::default())),\n",
     ),
     (

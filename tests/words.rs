@@ -186,6 +186,7 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         area: true,
         radiation: true,
         state: true,
+        recording: true,
     };
     let of_records = asperity_tables::layout::record_tables(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);

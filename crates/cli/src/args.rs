@@ -13,6 +13,7 @@ use crate::events::EventsArguments;
 use crate::export::ExportArguments;
 use crate::man::ManArguments;
 use crate::note::NoteArguments;
+use crate::recording::RecordingCommand;
 use crate::refine::RefineArguments;
 use crate::replay::ReplayArguments;
 use crate::report::ReportArguments;
@@ -90,6 +91,9 @@ pub(crate) enum Command {
     Events(EventsArguments),
     /// Print the ruptures of runs as a catalogue of earthquakes (CSV, QuakeML), or its statistics.
     Catalogue(CatalogueArguments),
+    /// Read the recording of a laboratory into a log, as that of a run.
+    #[command(subcommand)]
+    Recording(RecordingCommand),
     /// Verify run logs: whole, incomplete, damaged ...
     Check(CheckArguments),
     /// Note author, lab or comment in a finished log, or print its note.

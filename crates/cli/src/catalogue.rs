@@ -193,7 +193,8 @@ fn read_log(
     let mut id = String::new();
     let begin = |log: &OpenLog| {
         id.clone_from(&log.header().run_id);
-        Ok(Catalogue::new(log.header(), log.needed_scenario()?))
+        let scenario = if log.header().sensors.is_some() { None } else { Some(log.needed_scenario()?) };
+        Ok(Catalogue::new(log.header(), scenario))
     };
     let skims: &[_] = if quick { &[Rupture::TOPIC, Arrival::TOPIC] } else { &[] };
     let Reading { checked, observer, has_ruptures } = reading::once(run, skims, begin, |_| Ok(()))?;
@@ -230,7 +231,7 @@ fn of_study(folder: &Path, number: usize, quick: bool, board: &Board) -> Result<
             State::Done(_) => {
                 let (scenario, header) =
                     plan.scenario(row).map_err(|problem| failed(format!("run {}: {problem}", row.run)))?;
-                let mut catalogue = Catalogue::new(&header, &scenario);
+                let mut catalogue = Catalogue::new(&header, Some(&scenario));
                 let made = results.outcome(&plan, row.run)?.and_then(Result::ok);
                 let ruptures = made.into_iter().flat_map(|made| made.ruptures);
                 ruptures.for_each(|rupture| catalogue.event(&Event::new(rupture)));

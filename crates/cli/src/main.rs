@@ -22,6 +22,7 @@ mod preview;
 mod progress;
 mod quakeml;
 mod reading;
+mod recording;
 mod refine;
 mod replay;
 mod report;
@@ -99,6 +100,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Resume(arguments) => run::resume_command(&arguments, &board),
         Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),
+        Command::Recording(command) => recording::command(&command, &board),
         Command::Catalogue(arguments) => catalogue::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Note(arguments) => note::command(&arguments),

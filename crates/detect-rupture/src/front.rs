@@ -33,15 +33,46 @@ pub(crate) fn speed_m_per_s(rows: &[Vec<Passed>], spacing_m: f64) -> Option<f64>
             }
         }
     }
-    let middle = slowness.len() / 2;
-    if slowness.is_empty() {
+    let median = median(&mut slowness)?;
+    (median > 0.0).then(|| spacing_m / median)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
         return None;
     }
-    let (below, upper, _) = slowness.select_nth_unstable_by(middle, f64::total_cmp);
+    let is_odd = values.len() % 2 == 1;
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     let upper = *upper;
     let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(upper);
-    let median = if slowness.len() % 2 == 1 { upper } else { (lower + upper) / 2.0 };
-    (median > 0.0).then(|| spacing_m / median)
+    Some(if is_odd { upper } else { (lower + upper) / 2.0 })
+}
+
+/// An arrival at a sensor: the distance from that of nucleation, m, the time, s, and its standard error, s.
+pub(crate) type Seen = [f64; 3];
+
+/// The speed of a front that sensors saw, by the same method, and its standard error, m/s: by the larger of the mean
+/// error of an arrival and the scatter about the front, 1.4826 times the median of absolute deviations.
+pub(crate) fn measured_speed_m_per_s(seen: &[Seen]) -> Option<[f64; 2]> {
+    const MAD_TO_SIGMA: f64 = 1.4826;
+    if seen.len() < FEWEST_CONTACTS {
+        return None;
+    }
+    let used: Vec<Seen> = seen.iter().copied().step_by(seen.len().div_ceil(MOST_OF_A_ROW)).collect();
+    let pairs = used.iter().enumerate().flat_map(|(n, [x_m, time_s, _])| {
+        used[n + 1..].iter().map(move |[next_m, next_s, _]| (next_s - time_s) / (next_m - x_m))
+    });
+    let speed_m_per_s = 1.0 / median(&mut pairs.collect::<Vec<f64>>()).filter(|slowness| *slowness > 0.0)?;
+    let count = seen.len() as f64;
+    let mut late_s: Vec<f64> = seen.iter().map(|[x_m, time_s, _]| time_s - x_m / speed_m_per_s).collect();
+    let middle_s = median(&mut late_s)?;
+    late_s.iter_mut().for_each(|late_s| *late_s = (*late_s - middle_s).abs());
+    let mean_error_s = seen.iter().map(|[.., error_s]| error_s).sum::<f64>() / count;
+    let scatter_s = mean_error_s.max(MAD_TO_SIGMA * median(&mut late_s)?);
+    let mean_m = seen.iter().map(|[x_m, ..]| x_m).sum::<f64>() / count;
+    let squares_m2: f64 = seen.iter().map(|[x_m, ..]| (x_m - mean_m).powi(2)).sum();
+    Some([speed_m_per_s, speed_m_per_s * speed_m_per_s * scatter_s / squares_m2.sqrt()])
 }
 
 /// Most contacts of each row that are compared, for the pairs of all rows to be no more than those of

@@ -45,9 +45,12 @@
 
 mod front;
 
+use std::sync::Arc;
+
 use asperity_detect::{Detector, Passage, RuptureTracker, Slipped};
 use asperity_record::{
-    Arrival, BoundingBox, Contacts, Energy, Event, EventKind, Parts, Reach, Rupture, TimeGrid, magnitude,
+    Arrival, BoundingBox, Contacts, Energy, Event, EventKind, Parts, Reach, Rupture, Sensors, TimeGrid,
+    magnitude,
 };
 
 /// The link time, and the scales that convert blocks and steps to lengths and times.
@@ -78,18 +81,25 @@ pub struct RuptureDetector {
     links: Links,
     contacts: Contacts,
     radiates: bool,
+    sensors: Option<Arc<Sensors>>,
 }
 
 impl RuptureDetector {
     /// A detector for these contacts, in a run without radiation.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> RuptureDetector {
-        RuptureDetector { links, contacts: blocks.into(), radiates: false }
+        RuptureDetector { links, contacts: blocks.into(), radiates: false, sensors: None }
     }
 
     /// This detector in a run whose contacts radiate, if `radiates`.
     #[must_use]
     pub fn radiating(self, radiates: bool) -> RuptureDetector {
         RuptureDetector { radiates, ..self }
+    }
+
+    /// This detector in a recording with these sensors.
+    #[must_use]
+    pub fn with_sensors(self, sensors: Option<Arc<Sensors>>) -> RuptureDetector {
+        RuptureDetector { sensors, ..self }
     }
 }
 
@@ -98,12 +108,16 @@ impl Detector for RuptureDetector {
         EventKind::of::<Rupture>().with(Parts {
             area: self.contacts.is_area(),
             radiation: self.radiates,
+            recording: self.sensors.is_some(),
             ..Parts::default()
         })
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
-        emit(Event::new(rupture(slipped, &self.links, self.contacts)));
+        emit(Event::new(match &self.sensors {
+            Some(sensors) => measured(slipped, &self.links, self.contacts, sensors),
+            None => rupture(slipped, &self.links, self.contacts),
+        }));
     }
 }
 
@@ -112,22 +126,33 @@ impl Detector for RuptureDetector {
 pub struct ArrivalDetector {
     links: Links,
     contacts: Contacts,
+    sensors: Option<Arc<Sensors>>,
 }
 
 impl ArrivalDetector {
     /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> ArrivalDetector {
-        ArrivalDetector { links, contacts: blocks.into() }
+        ArrivalDetector { links, contacts: blocks.into(), sensors: None }
+    }
+
+    /// This detector in a recording with these sensors.
+    #[must_use]
+    pub fn with_sensors(self, sensors: Option<Arc<Sensors>>) -> ArrivalDetector {
+        ArrivalDetector { sensors, ..self }
     }
 }
 
 impl Detector for ArrivalDetector {
     fn emits(&self) -> EventKind {
-        EventKind::of::<Arrival>().with(Parts { area: self.contacts.is_area(), ..Parts::default() })
+        EventKind::of::<Arrival>().with(Parts {
+            area: self.contacts.is_area(),
+            recording: self.sensors.is_some(),
+            ..Parts::default()
+        })
     }
 
     fn rupture(&mut self, slipped: &Slipped, emit: &mut dyn FnMut(Event)) {
-        let ArrivalDetector { links: Links { time_grid, spacing_m, .. }, contacts } = *self;
+        let ArrivalDetector { links: Links { time_grid, spacing_m, .. }, contacts, ref sensors } = *self;
         let is_area = contacts.is_area();
         for (&block, passage) in &slipped.blocks {
             let towards = match block.cmp(&slipped.nucleation_block) {
@@ -136,11 +161,14 @@ impl Detector for ArrivalDetector {
                 std::cmp::Ordering::Greater => Some(block - 1),
             };
             let arrival_s = time_grid.time_s(passage.arrival_step);
-            let slip_m = passage.slip_m();
+            let of_slip = sensors.as_ref().is_none_or(|sensors| sensors.are_of_slip);
+            let slip_m = passage.slip_m().filter(|_| of_slip);
+            let at_m = |block: u32| sensors.as_ref().and_then(|sensors| sensors.x_m(block));
             // Block numbers are positions along a front only in a single row.
             let took_s = towards
                 .filter(|_| !is_area)
                 .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
+            let apart_m = towards.and_then(|towards| Some((at_m(block)? - at_m(towards)?).abs()));
             emit(Event::new(Arrival {
                 rupture: slipped.rupture,
                 block,
@@ -151,8 +179,10 @@ impl Detector for ArrivalDetector {
                 detachments: passage.detachments,
                 slip_m: slip_m.map(|[along_m, _]| along_m),
                 force_detach_n: passage.force_detach_n,
-                force_attach_n: passage.stop.map(|stop| stop.force_n),
-                front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
+                force_attach_n: passage.stop.filter(|_| sensors.is_none()).map(|stop| stop.force_n),
+                front_speed_m_per_s: took_s
+                    .filter(|took_s| *took_s != 0.0)
+                    .map(|took_s| apart_m.unwrap_or(spacing_m) / took_s),
                 force_before_n: passage.states_n.map(|[before_n, _]| before_n),
                 force_after_n: passage.states_n.map(|[_, after_n]| after_n),
                 column: is_area.then(|| contacts.column(block)),
@@ -161,6 +191,10 @@ impl Detector for ArrivalDetector {
                 local_speed_m_per_s: is_area
                     .then(|| local_speed_m_per_s(slipped, &self.links, contacts, block))
                     .flatten(),
+                x_m: at_m(block),
+                arrival_error_s: passage.measured.map(|measured| measured.error_s),
+                step: passage.measured.map(|measured| measured.step),
+                step_error: passage.measured.map(|measured| measured.step_error),
             }));
         }
     }
@@ -272,6 +306,54 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
             .energies
             .and_then(|[before, after]| after.radiated_j.zip(before.radiated_j))
             .map(|(after_j, before_j)| after_j - before_j),
+        ..Rupture::default()
+    }
+}
+
+/// A rupture of a recording: without energies, which no sensor measures, and with errors.
+fn measured(slipped: &Slipped, links: &Links, contacts: Contacts, sensors: &Sensors) -> Rupture {
+    let rupture = rupture(&Slipped { energies: None, ..slipped.clone() }, links, contacts);
+    let nucleation_m = sensors.x_m(rupture.nucleation_block);
+    let seen = |is_on_side: fn(&u32, &u32) -> bool| {
+        let there = slipped.blocks.iter().filter(|(sensor, _)| is_on_side(sensor, &rupture.nucleation_block));
+        let mut seen: Vec<front::Seen> = there
+            .filter_map(|(&sensor, passage)| {
+                let away_m = (sensors.x_m(sensor)? - nucleation_m?).abs();
+                Some([away_m, links.time_grid.time_s(passage.arrival_step), passage.measured?.error_s])
+            })
+            .collect();
+        // Away from the nucleation.
+        seen.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        front::measured_speed_m_per_s(&seen)
+    };
+    let (up, down) = (seen(u32::ge), seen(u32::le));
+    let slips = slipped
+        .blocks
+        .iter()
+        .map(|(&sensor, passage)| Some((slip_size_m(passage)?, sensors.share_m(sensor)?)));
+    let slips: Option<Vec<(f64, f64)>> = slips.collect();
+    let potency_m2 = slips
+        .filter(|_| sensors.are_of_slip)
+        .map(|slips| slips.iter().map(|(slip_m, share_m)| slip_m * share_m).sum::<f64>());
+    let reached_m = sensors.behind_m(rupture.last_block);
+    // The standard deviation of what lies anywhere in between.
+    let length_error_m = reached_m.map(|[_, apart_m]| apart_m / 12f64.sqrt());
+    Rupture {
+        front_speed_up_m_per_s: up.map(|[speed, _]| speed),
+        front_speed_down_m_per_s: down.map(|[speed, _]| speed),
+        mean_slip_m: rupture.mean_slip_m.filter(|_| sensors.are_of_slip),
+        largest_slip_m: rupture.largest_slip_m.filter(|_| sensors.are_of_slip),
+        potency_m2,
+        moment_n_m: potency_m2.map(|potency_m2| potency_m2 * links.modulus_n_per_m),
+        mean_strength_drop_n: None,
+        anchor_change_j: None,
+        onset_error_s: slipped.blocks[&rupture.nucleation_block].measured.map(|measured| measured.error_s),
+        length_m: reached_m.map(|[middle_m, _]| middle_m),
+        length_error_m,
+        front_speed_up_error_m_per_s: up.map(|[_, error]| error),
+        front_speed_down_error_m_per_s: down.map(|[_, error]| error),
+        ft_fn_error: slipped.ft_fn_error,
+        ..rupture
     }
 }
 

@@ -51,6 +51,7 @@
 //!     time_s: step as f64 / 8.0,
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
+//!     ft_fn_error: None,
 //!     end_forces_n: None,
 //!     energy: Energy::default(),
 //!     junctions: None,

@@ -8,7 +8,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use asperity_record::{Contacts, Direction, Energy, Extent, FieldRecord, StepRecord, Switch, drop_n};
+use asperity_record::{
+    Contacts, Direction, Energy, Extent, FieldRecord, Measured, StepRecord, Switch, drop_n,
+};
 
 /// Derives ruptures from step records, and from states the forces before and after them.
 #[derive(Debug, Clone)]
@@ -75,6 +77,7 @@ struct Slipping {
     /// The earliest detachment, the lowest block first.
     nucleation: (u64, u32),
     ft_fn_onset: f64,
+    ft_fn_error: Option<f64>,
     energy_before: Energy,
     last_detachment: u64,
     detachments: u64,
@@ -115,6 +118,8 @@ pub struct Slipped {
     pub onset_step: u64,
     /// `F_T / F_N` in the step before.
     pub ft_fn_onset: f64,
+    /// Standard error of that, in a recording.
+    pub ft_fn_error: Option<f64>,
     /// First step after it, and `F_T / F_N` in the step before; none while a block slides.
     pub end: Option<(u64, f64)>,
     /// Number of detachments.
@@ -151,6 +156,8 @@ pub struct Passage {
     /// Tangential force without friction in the states at the onset and at the end of the rupture, N; none as the
     /// energies of the rupture, and where they were not recorded.
     pub states_n: Option<[f64; 2]>,
+    /// What the sensor saw at the first detachment, with the sum of the steps of all; none of a run.
+    pub measured: Option<Measured>,
     /// Number of detachments.
     pub detachments: u32,
     /// The last re-attachment; none while the block slides.
@@ -245,7 +252,11 @@ impl Passage {
             (Some(a), Some(b)) => Some(if a.step >= b.step { a } else { b }),
             _ => None,
         };
-        Passage { stop, detachments: first.detachments + later.detachments, ..first }
+        let measured = first
+            .measured
+            .zip(later.measured)
+            .map(|(of_first, of_later)| Measured { step: of_first.step + of_later.step, ..of_first });
+        Passage { stop, measured, detachments: first.detachments + later.detachments, ..first }
     }
 }
 
@@ -395,6 +406,7 @@ impl RuptureTracker {
             force_detach_n: force_n(switch),
             direction: direction(switch),
             states_n: None,
+            measured: switch.measured,
             detachments: 1,
             stop: None,
         };
@@ -407,6 +419,7 @@ impl RuptureTracker {
                     blocks: BTreeMap::new(),
                     nucleation: (record.step, switch.block),
                     ft_fn_onset: record.load_ratio(),
+                    ft_fn_error: record.ft_fn_error,
                     energy_before: record.energy,
                     last_detachment: record.step,
                     detachments: 0,
@@ -471,6 +484,7 @@ impl RuptureTracker {
         if joining.nucleation < slipping.nucleation {
             slipping.nucleation = joining.nucleation;
             slipping.ft_fn_onset = joining.ft_fn_onset;
+            slipping.ft_fn_error = joining.ft_fn_error;
             slipping.energy_before = joining.energy_before;
             slipping.farthest_before = joining.farthest_before;
             slipping.before = joining.before;
@@ -516,6 +530,7 @@ impl RuptureTracker {
             nucleation_block,
             onset_step,
             ft_fn_onset: slipping.ft_fn_onset,
+            ft_fn_error: slipping.ft_fn_error,
             end: end.map(|end| (end.step + 1, end.ft_fn)),
             detachments: slipping.detachments,
             farthest_before: slipping.farthest_before,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::Scenario;
-use asperity_record::{Arrival, Contacts, Event, Observer, RunHeader, Rupture};
+use asperity_record::{Arrival, Contacts, Event, Observer, RunHeader, Rupture, Sensors};
 
 use crate::rupture_numbers;
 
@@ -71,19 +71,23 @@ pub struct Catalogue {
     contacts: Contacts,
     block_length_m: f64,
     contact_area_m2: f64,
+    /// The sensors of a recording.
+    sensors: Option<Sensors>,
     ruptures: Vec<Rupture>,
     /// Contacts that slid, by rupture; none of a rupture with a contact that has not stopped.
     slips: BTreeMap<u64, Option<Vec<ContactSlip>>>,
 }
 
 impl Catalogue {
-    /// For a run of this scenario.
-    pub fn new(header: &RunHeader, scenario: &Scenario) -> Catalogue {
+    /// For a run of this scenario; of a recording there is none.
+    pub fn new(header: &RunHeader, scenario: Option<&Scenario>) -> Catalogue {
         let block_length_m = header.scales.block_length_m;
         Catalogue {
             contacts: header.contacts(),
             block_length_m,
-            contact_area_m2: contact_area_m2(block_length_m, scenario),
+            // Without a scenario no force on a contact is known.
+            contact_area_m2: scenario.map_or(f64::NAN, |scenario| contact_area_m2(block_length_m, scenario)),
+            sensors: header.sensors.clone(),
             ruptures: Vec::new(),
             slips: BTreeMap::new(),
         }
@@ -107,10 +111,19 @@ impl Catalogue {
         // A log that ends within them does not tell all.
         let slips = slips.filter(|slips| slips.len() == rupture.slipped() as usize).unwrap_or(&[]);
         let over_area = |drop_n: Option<f64>| drop_n.map(|drop_n| drop_n / self.contact_area_m2);
+        let of_sensors = self.sensors.as_ref().and_then(|sensors| {
+            let shares_m = (rupture.first_block..=rupture.last_block).map(|sensor| sensors.share_m(sensor));
+            Some((sensors.x_m(rupture.nucleation_block)?, shares_m.sum::<Option<f64>>()?))
+        });
+        let (x_m, length_m) = of_sensors.unwrap_or_else(|| {
+            let columns =
+                [column - 1, rupture.reach().count()].map(|columns| f64::from(columns) * self.block_length_m);
+            columns.into()
+        });
         Some(Entry {
             moment_n_m,
-            x_m: f64::from(column - 1) * self.block_length_m,
-            length_m: f64::from(rupture.reach().count()) * self.block_length_m,
+            x_m,
+            length_m,
             stress_drop_pa: over_area(rupture.mean_shear_force_drop_n),
             slip_weighted_stress_drop_pa: over_area(rupture.slip_weighted_shear_force_drop_n),
             strength_drop_pa: over_area(rupture.mean_strength_drop_n),

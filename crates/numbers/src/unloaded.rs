@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_record::{Direction, StepRecord};
+use asperity_record::{Direction, StepRecord, Switch};
 
 /// Follows the detachments of contacts without load.
 ///
@@ -27,7 +27,9 @@ impl Unloaded {
         if !self.slides {
             self.events += u64::from(self.bears.take() == Some(false));
         }
-        for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
+        // What sensors saw bears a load that is not known.
+        let detaches = |switch: &&Switch| switch.direction == Direction::Detach && switch.measured.is_none();
+        for switch in record.switches.iter().filter(detaches) {
             let bears = switch.threshold_n > 0.0;
             self.bears = Some(self.bears.unwrap_or_default() || bears);
             if !bears {

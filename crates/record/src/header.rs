@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::{Contacts, Energy, Parts, Scales, TimeGrid};
+use crate::{Contacts, Energy, Parts, Scales, Sensors, TimeGrid};
 
 /// Version of the format of logs: the meaning and layout of records, events and header. Topics, columns and keys
 /// that are added leave it as it is: a reader takes what is absent as absent, and refuses the scenario of a run that
@@ -53,6 +53,9 @@ pub struct RunHeader {
     pub steps: u64,
     /// What makes fronts of blocks and steps.
     pub scales: Scales,
+    /// The sensors, in the recording of a laboratory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensors: Option<Sensors>,
 }
 
 fn one_row() -> u32 {
@@ -83,6 +86,7 @@ impl RunHeader {
             area: self.rows > 1,
             radiation: self.radiates,
             state: self.has_state,
+            recording: self.sensors.is_some(),
         }
     }
 

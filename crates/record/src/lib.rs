@@ -47,6 +47,7 @@ mod extent;
 mod fields;
 mod header;
 mod magnitude;
+mod measured;
 mod observer;
 mod parts;
 mod payload;
@@ -68,6 +69,7 @@ pub use extent::{BoundingBox, Extent, Reach};
 pub use fields::{BulkField, BulkRecord, FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 pub use magnitude::magnitude;
+pub use measured::{LoadDrop, Measured, Noise, Sensors};
 pub use observer::{Notice, Observer};
 pub use parts::{Part, Parts};
 #[doc(hidden)]

@@ -11,6 +11,8 @@ pub enum Part {
     Radiation,
     /// The state of contacts, by rate-and-state friction.
     State,
+    /// Errors of what is measured, in the recording of a laboratory.
+    Recording,
 }
 
 /// What one run has; nothing by default.
@@ -24,11 +26,14 @@ pub struct Parts {
     pub radiation: bool,
     /// [`Part::State`].
     pub state: bool,
+    /// [`Part::Recording`].
+    pub recording: bool,
 }
 
 impl Parts {
     /// What any run may have.
-    pub const ALL: Parts = Parts { junctions: true, area: true, radiation: true, state: true };
+    pub const ALL: Parts =
+        Parts { junctions: true, area: true, radiation: true, state: true, recording: true };
 
     /// Whether the run has this.
     pub fn has(self, part: Part) -> bool {
@@ -37,6 +42,7 @@ impl Parts {
             Part::Area => self.area,
             Part::Radiation => self.radiation,
             Part::State => self.state,
+            Part::Recording => self.recording,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Records of a topic of their own that are flat rows.
 
-use crate::{Cell, Event, EventKind, EventPayload};
+use crate::{Cell, Event, EventKind, EventPayload, Noise, Part, Parts};
 
 /// All kinds of such records. [`payload!`](crate::payload) declares one as it does events, with `step` and `time_s` as
 /// its first columns; it stands behind the states of its step. Logs, checks and tables follow from this list.
-pub const ROWS: &[RowKind] = &[];
+pub const ROWS: &[RowKind] = &[RowKind::of::<Noise>(Part::Recording)];
 
 /// A kind of such records.
 pub struct RowKind {
@@ -12,18 +12,26 @@ pub struct RowKind {
     pub topic: &'static str,
     /// Its columns and schema.
     pub kind: fn() -> EventKind,
+    /// Only runs with this have such records.
+    pub only: Part,
     /// Reads one from the JSON object of its payload.
     pub read: fn(&str) -> Result<Row, serde_json::Error>,
 }
 
 impl RowKind {
-    /// The kind with payload `P`.
-    pub const fn of<P: EventPayload>() -> RowKind {
+    /// The kind with payload `P`, in runs with a part.
+    pub const fn of<P: EventPayload>(only: Part) -> RowKind {
         RowKind {
             topic: P::TOPIC,
             kind: EventKind::of::<P>,
+            only,
             read: |json| serde_json::from_str::<P>(json).map(Row::new),
         }
+    }
+
+    /// The kinds in a run with these parts.
+    pub fn all_in(parts: Parts) -> impl Iterator<Item = &'static RowKind> {
+        ROWS.iter().filter(move |row| parts.has(row.only))
     }
 
     /// The kind with that topic.

@@ -113,6 +113,21 @@ payload! {
         /// What sliding contacts radiated, J; null as the other energies.
         pub radiated_j: Option<f64>,
     }
+    only Recording {
+        /// Standard error of the onset, s.
+        pub onset_error_s: Option<f64>,
+        /// How far the rupture came, m from the driven end: midway between the last sensor that it reached and the
+        /// next one, or the end.
+        pub length_m: Option<f64>,
+        /// Standard error of that, m.
+        pub length_error_m: Option<f64>,
+        /// Standard error of the speed towards higher-numbered sensors, m/s; null where that is.
+        pub front_speed_up_error_m_per_s: Option<f64>,
+        /// Standard error of the speed towards lower-numbered sensors, m/s; null where that is.
+        pub front_speed_down_error_m_per_s: Option<f64>,
+        /// Standard error of `F_T / F_N` at the onset; null where it is unknown.
+        pub ft_fn_error: Option<f64>,
+    }
 }
 
 impl Rupture {
@@ -181,6 +196,16 @@ payload! {
         /// of the rupture among the 3 x 3 contacts around; null where fewer than six have one, and where all
         /// came at once.
         pub local_speed_m_per_s: Option<f64> [role = Speed],
+    }
+    only Recording {
+        /// Position of the sensor, m from the driven end.
+        pub x_m: Option<f64>,
+        /// Standard error of the arrival, s.
+        pub arrival_error_s: Option<f64>,
+        /// Size of the step that the sensor saw, in its unit; of several the sum.
+        pub step: Option<f64> [unit = "of the sensor"],
+        /// Standard error of the size of one step.
+        pub step_error: Option<f64> [unit = "of the sensor"],
     }
 }
 

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::column::{Cell, CellValue, ColumnKind};
-use crate::{Energy, magnitude};
+use crate::{Energy, Measured, magnitude};
 
 /// The chain at the end of one time step.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,8 @@ pub struct StepRecord {
     pub driving_force_n: f64,
     /// Total normal load `F_N` that this step's update used.
     pub normal_load_n: f64,
+    /// Standard error of `F_T / F_N`; `None` in runs that are no recordings, and where it is unknown.
+    pub ft_fn_error: Option<f64>,
     /// The driving forces on the first and the last block, N, where the drive pulls both ways, so that
     /// their sum has little meaning.
     pub end_forces_n: Option<[f64; 2]>,
@@ -79,6 +81,8 @@ pub struct Switch {
     pub junctions_slipping: Option<u32>,
     /// The components across the sliding direction; `None` where contacts lie in a single row.
     pub across: Option<SwitchAcross>,
+    /// The step that a sensor saw; `None` in runs that are no recordings.
+    pub measured: Option<Measured>,
 }
 
 impl Switch {

@@ -403,6 +403,7 @@ mod tests {
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,
+            sensors: None,
             scales: asperity_record::Scales {
                 block_length_m: 0.01,
                 block_time_s: 1e-4,

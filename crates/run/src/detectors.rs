@@ -6,19 +6,20 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use asperity_detect::{Detector, Detectors, SlipRules};
-use asperity_detect_rupture::{Links, RuptureDetector};
+use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
 use asperity_model::scenario::text::{self, Lines};
 use asperity_model::scenario::typed;
 use asperity_model::{Plan, Scenario};
 use asperity_record::bounds::check_toml;
-use asperity_record::{Contacts, EventKind, Parts, RunEnd, RunHeader, Scales, TimeGrid};
+use asperity_record::{Contacts, EventKind, LoadDrop, Parts, RunEnd, RunHeader, Scales, Sensors, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 /// The facts about its run that a detector may use.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct OfRun {
     /// How its blocks lie.
     blocks: Contacts,
@@ -26,6 +27,8 @@ struct OfRun {
     links: Links,
     /// What its records have that those of other runs lack.
     parts: Parts,
+    /// Its sensors, if it is a recording.
+    sensors: Option<Arc<Sensors>>,
 }
 
 type Start = fn(OfRun) -> Box<dyn Detector>;
@@ -35,8 +38,11 @@ const DETECTORS: &[(&str, Start)] = &[
     ("onset", |run| boxed(asperity_detect_onset::OnsetDetector { parts: run.parts })),
     ("extent", |run| boxed(asperity_detect_extent::ExtentDetector { parts: run.parts })),
     ("global", |_| boxed(asperity_detect_global::GlobalDetector::default())),
-    ("rupture", |run| boxed(RuptureDetector::new(run.blocks, run.links).radiating(run.parts.radiation))),
-    ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links))),
+    ("rupture", |run| {
+        let detector = RuptureDetector::new(run.blocks, run.links).radiating(run.parts.radiation);
+        boxed(detector.with_sensors(run.sensors))
+    }),
+    ("arrival", |run| boxed(ArrivalDetector::new(run.blocks, run.links).with_sensors(run.sensors))),
 ];
 
 fn boxed(detector: impl Detector + 'static) -> Box<dyn Detector> {
@@ -59,8 +65,10 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
     };
     let rows = if parts.area { 2 } else { 1 };
     let blocks = Contacts::in_rows(2 * rows, rows).expect("rows of two contacts");
-    let run = OfRun { blocks, links, parts };
-    DETECTORS.iter().map(|(_, start)| start(run).emits()).collect()
+    let of_none = || Arc::new(Sensors { length_m: 1.0, x_m: Vec::new(), are_of_slip: true });
+    let run = OfRun { blocks, links, parts, sensors: parts.recording.then(of_none) };
+    let of_source = parts.recording.then(EventKind::of::<LoadDrop>);
+    DETECTORS.iter().map(|(_, start)| start(run.clone()).emits()).chain(of_source).collect()
 }
 
 /// The registered detectors for a run of that plan.
@@ -68,7 +76,7 @@ pub fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
     let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
     let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };
-    let detectors = Settings::default().for_run(contacts, plan.grid, plan.scales, parts);
+    let detectors = Settings::default().for_run(contacts, plan.grid, plan.scales, parts, None);
     detectors.with_spring_factors(plan.spring_factors())
 }
 
@@ -235,7 +243,9 @@ impl Settings {
 
     /// Starts the detectors for a run with that header and, unless it is lost, that scenario.
     pub fn start(&self, header: &RunHeader, scenario: Option<&Scenario>) -> Detectors {
-        let detectors = self.for_run(header.contacts(), header.time_grid(), header.scales, header.parts());
+        let (contacts, time_grid) = (header.contacts(), header.time_grid());
+        let sensors = header.sensors.as_ref();
+        let detectors = self.for_run(contacts, time_grid, header.scales, header.parts(), sensors);
         let is_its = |scenario: &&Scenario| scenario.slider.contacts() == header.blocks;
         match scenario.filter(is_its).filter(|scenario| scenario.has_spring_factors()) {
             Some(scenario) => detectors.with_spring_factors(Plan::new(scenario).spring_factors()),
@@ -243,7 +253,14 @@ impl Settings {
         }
     }
 
-    fn for_run(&self, blocks: Contacts, time_grid: TimeGrid, scales: Scales, parts: Parts) -> Detectors {
+    fn for_run(
+        &self,
+        blocks: Contacts,
+        time_grid: TimeGrid,
+        scales: Scales,
+        parts: Parts,
+        sensors: Option<&Sensors>,
+    ) -> Detectors {
         let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
         let links = Links {
             t_link_s: Scales { link_time_ratio, ..scales }.link_s(),
@@ -253,9 +270,9 @@ impl Settings {
             interfacial_stiffness_n_per_m: scales.interfacial_stiffness_n_per_m,
         };
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
-        let run = OfRun { blocks, links, parts };
+        let run = OfRun { blocks, links, parts, sensors: sensors.cloned().map(Arc::new) };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run)).collect())
+        Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run.clone())).collect())
             .with_ruptures(links.tracker(blocks))
     }
 }

@@ -27,6 +27,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,
         scales: plan.scales,
+        sensors: None,
     };
     header.run_id = run_id(&header);
     header

@@ -43,8 +43,9 @@ impl OpenLog {
             reader.read_ahead();
         }
         let toml = reader.scenario_toml();
-        let scenario =
-            (!toml.is_empty()).then(|| Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml)));
+        // That of a recording is no scenario.
+        let scenario = (!toml.is_empty() && reader.header().sensors.is_none())
+            .then(|| Scenario::resolve(&ScenarioSource::logged("scenario.toml", toml)));
         Ok(OpenLog { reader, scenario, skims })
     }
 

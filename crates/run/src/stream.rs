@@ -27,6 +27,7 @@
 //!     time_s: step as f64 * 1e-7,
 //!     driving_force_n: 100.0,
 //!     normal_load_n: 400.0,
+//!     ft_fn_error: None,
 //!     end_forces_n: None,
 //!     energy: Energy::default(),
 //!     junctions: None,
@@ -64,6 +65,8 @@ pub enum Given {
     Record(Record),
     /// For the sink alone.
     Checkpoint(Checkpoint),
+    /// An event that the source itself found, for the sink alone.
+    Event(Event),
 }
 
 /// The input of the sink.
@@ -191,6 +194,7 @@ fn pass_on<E>(
 ) -> Result<(), E> {
     match fed {
         Some(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
+        Some(Given::Event(event)) => sink(Item::Event(event))?,
         Some(Given::Record(record)) => {
             detectors.observe(&record, &mut |event| events.push(event));
             sink(Item::Record(record))?;

@@ -59,6 +59,10 @@ pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogP
         let what = "a force on one end and none on the other".to_owned();
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
+    if message.ft_fn_error.is_some() && header.sensors.is_none() {
+        let what = "ft_fn_error, in a run that is no recording".to_owned();
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
     if message.radiated_j.is_some() != header.radiates {
         let what =
             format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
@@ -112,8 +116,14 @@ pub(crate) fn totals(step: &StepRecord, before: Option<JunctionTotals>) -> Resul
 pub(crate) fn parts_of_switch(header: &RunHeader, message: &SwitchMessage) -> Result<(), LogProblem> {
     let (step, parts) = (message.step, header.parts());
     let contradiction = |what: String| Err(LogProblem::Contradiction { step, what });
+    let of_recording = [
+        ("error_s", message.error_s),
+        ("step_size", message.step_size),
+        ("step_size_error", message.step_size_error),
+    ];
     let of_parts = [("junctions_slipping", message.junctions_slipping.is_some(), parts.junctions)]
         .into_iter()
+        .chain(of_recording.map(|(key, value)| (key, value.is_some(), parts.recording)))
         .chain(message.components_across().map(|(key, value)| (key, value.is_some(), parts.area)));
     for (key, is_there, belongs) in of_parts {
         if is_there != belongs {

@@ -9,8 +9,8 @@ use std::path::Path;
 use mcap::records::{Record, op};
 
 use crate::format::{
-    BYTES, LIBRARY, LONGEST_METADATA_BYTES, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END,
-    SALVAGE, SCENARIO,
+    BYTES, DESCRIPTIONS, LIBRARY, LONGEST_METADATA_BYTES, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES,
+    RUN, RUN_END, SALVAGE,
 };
 use crate::parse::parse;
 
@@ -76,7 +76,9 @@ impl Ahead {
                         }
                         place.get_or_insert(metadata.metadata);
                     }
-                    Ok(Record::Attachment { header, data, .. }) if header.name == SCENARIO => {
+                    Ok(Record::Attachment { header, data, .. })
+                        if DESCRIPTIONS.contains(&header.name.as_str()) =>
+                    {
                         ahead.scenario.get_or_insert(data.into_owned());
                     }
                     _ => {}

@@ -37,6 +37,15 @@ pub(crate) const BYTES: &str = "bytes";
 /// Name of the attachment with the resolved scenario.
 pub(crate) const SCENARIO: &str = "scenario.toml";
 
+/// Name of the attachment in its place, with the description of a recording.
+pub(crate) const RECORDING: &str = "recording.toml";
+
+/// What a log describes itself by.
+pub(crate) const DESCRIPTIONS: [&str; 2] = [SCENARIO, RECORDING];
+
+/// Name of the metadata record with the files of a recording.
+pub(crate) const INPUTS: &str = "recording";
+
 /// Name of the attachments with checkpoints.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
 

@@ -81,12 +81,14 @@
 //!         modulus_n_per_m: 5e6,
 //!         interfacial_stiffness_n_per_m: 2e6,
 //!     },
+//!     sensors: None,
 //! };
 //! let step = |step, driving_force_n| StepRecord {
 //!     step,
 //!     time_s: header.time_grid().time_s(step),
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
+//!     ft_fn_error: None,
 //!     end_forces_n: None,
 //!     energy: Energy::default(),
 //!     junctions: None,

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use asperity_record::{
-    BulkField, BulkRecord, Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Part, ROWS, Row,
-    RowKind, RunHeader, StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
+    BulkField, BulkRecord, Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Measured, Part,
+    Row, RowKind, RunHeader, StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
 };
 use mcap::records::MessageHeader;
 use schemars::JsonSchema;
@@ -144,6 +144,9 @@ pub(crate) struct StepMessage {
     pub(crate) last_end_force_n: Option<f64>,
     /// The driving force over the normal load.
     pub(crate) ft_fn: f64,
+    /// Standard error of that ratio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) ft_fn_error: Option<f64>,
     /// How many blocks slid in this step.
     pub(crate) sliding: u32,
     /// How many blocks switched at its end: so many `/switch` messages follow.
@@ -216,6 +219,15 @@ pub(crate) struct SwitchMessage {
     /// Anchor of the friction spring across it, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) stick_position_across_m: Option<f64>,
+    /// Standard error of the time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) error_s: Option<f64>,
+    /// Size of the step that the sensor saw, in its unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) step_size: Option<f64>,
+    /// Standard error of that size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) step_size_error: Option<f64>,
 }
 
 impl StepMessage {
@@ -239,6 +251,7 @@ impl StepMessage {
             first_end_force_n: record.end_forces_n.map(|ends| ends[0]),
             last_end_force_n: record.end_forces_n.map(|ends| ends[1]),
             ft_fn: record.load_ratio(),
+            ft_fn_error: record.ft_fn_error,
             sliding: record.sliding,
             switches: record.switches.len() as u32,
             drive_work_j,
@@ -262,6 +275,7 @@ impl StepMessage {
             time_s: self.time_s,
             driving_force_n: self.driving_force_n,
             normal_load_n: self.normal_load_n,
+            ft_fn_error: self.ft_fn_error,
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
             energy: Energy {
                 drive_work_j: self.drive_work_j,
@@ -299,6 +313,9 @@ impl SwitchMessage {
             velocity_across_m_per_s: switch.across.map(|across| across.velocity_m_per_s),
             tangential_force_across_n: switch.across.map(|across| across.tangential_force_n),
             stick_position_across_m: switch.across.map(|across| across.stick_position_m),
+            error_s: switch.measured.map(|measured| measured.error_s),
+            step_size: switch.measured.map(|measured| measured.step),
+            step_size_error: switch.measured.map(|measured| measured.step_error),
         }
     }
 
@@ -322,6 +339,12 @@ impl SwitchMessage {
         })
     }
 
+    /// What the sensor saw; `None` if a part of it is missing.
+    fn measured(&self) -> Option<Measured> {
+        let (step, step_error) = (self.step_size?, self.step_size_error?);
+        Some(Measured { error_s: self.error_s?, step, step_error })
+    }
+
     pub(crate) fn into_switch(self) -> Switch {
         Switch {
             block: self.block,
@@ -333,6 +356,7 @@ impl SwitchMessage {
             threshold_n: self.threshold_n,
             junctions_slipping: self.junctions_slipping,
             across: self.across(),
+            measured: self.measured(),
         }
     }
 }
@@ -382,7 +406,7 @@ impl Topic {
 }
 
 /// Fields of records that only runs with a part have.
-const OF_PARTS: [(Part, &[&str]); 4] = [
+const OF_PARTS: [(Part, &[&str]); 5] = [
     (Part::Junctions, &["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"]),
     (
         Part::Area,
@@ -395,6 +419,7 @@ const OF_PARTS: [(Part, &[&str]); 4] = [
     ),
     (Part::Radiation, &["radiated_j"]),
     (Part::State, &["state", "peak_velocity_m_per_s"]),
+    (Part::Recording, &["ft_fn_error", "error_s", "step_size", "step_size_error"]),
 ];
 
 /// The topics of records of the run with that header.
@@ -413,7 +438,7 @@ pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
         Topic::of_bulk::<FieldRecord>(FIELDS, has),
         Topic::of_bulk::<WindowRecord>(WINDOW, has),
     ];
-    topics.extend(ROWS.iter().map(|row| Topic::of(&(row.kind)().with(parts))));
+    topics.extend(RowKind::all_in(parts).map(|row| Topic::of(&(row.kind)().with(parts))));
     topics
 }
 

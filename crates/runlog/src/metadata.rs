@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use asperity_record::{
-    Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
+    Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, Sensors,
+    SolverReport,
 };
 
 use serde_json::{Map, Number, Value};
@@ -25,6 +26,9 @@ const ROWS: &str = "rows";
 const JUNCTION_COUNT: &str = "junction_count";
 const RADIATES: &str = "radiates";
 const HAS_STATE: &str = "has_state";
+const SLIDER_LENGTH: &str = "slider_length_m";
+const SENSORS: &str = "sensors_at_m";
+const OF_SLIP: &str = "sensors_are_of_slip";
 const CRC: &str = "crc32";
 const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
 const STOPPED: &str = "stopped";
@@ -35,8 +39,15 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
         unreachable!("a header is a struct")
     };
     let scales = header.scales.parts().map(|(key, value)| (key.to_owned(), value.into()));
-    let fields = fields.into_iter().filter(|(key, _)| key != "scales").chain(scales);
+    let grouped = ["scales", "sensors"];
+    let fields = fields.into_iter().filter(|(key, _)| !grouped.contains(&key.as_str())).chain(scales);
     let mut map: BTreeMap<String, String> = fields.map(|(key, value)| (key, text_of(&value))).collect();
+    if let Some(Sensors { length_m, x_m, are_of_slip }) = &header.sensors {
+        let positions: Vec<String> = x_m.iter().map(f64::to_string).collect();
+        map.insert(SLIDER_LENGTH.to_owned(), length_m.to_string());
+        map.insert(SENSORS.to_owned(), positions.join(" "));
+        map.insert(OF_SLIP.to_owned(), are_of_slip.to_string());
+    }
     let log_time = match header.time_grid().step_ns() {
         Some(step_ns) => format!("step * {step_ns} ns, exact"),
         None => "rounded to nanoseconds; the field step is exact".to_owned(),
@@ -118,6 +129,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
                 |value| value >= 0.0,
             )?,
         },
+        sensors: sensors_from_map(&map)?,
     };
     // These two determine allocations and divisors, so they are bounded here, once.
     if !(1..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
@@ -133,6 +145,24 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         }
     }
     Ok(header)
+}
+
+/// The sensors of a recording; none of a run.
+fn sensors_from_map(map: &Reader<'_>) -> Result<Option<Sensors>, MetadataError> {
+    if !map.map.contains_key(SLIDER_LENGTH) {
+        return Ok(None);
+    }
+    let length_m = map.positive(SLIDER_LENGTH)?;
+    let positions: Result<Vec<f64>, _> = map.text(SENSORS)?.split_whitespace().map(str::parse).collect();
+    let blocks = map.parse::<usize>("blocks", "a whole number")?;
+    let is_sound = |x_m: &Vec<f64>| {
+        let is_on_slider = x_m.iter().all(|x_m| (0.0..=length_m).contains(x_m));
+        (x_m.len() == blocks || x_m.is_empty()) && is_on_slider && x_m.is_sorted_by(|a, b| a < b)
+    };
+    let x_m = positions.ok().filter(is_sound);
+    let accepted = "ascending positions on the slider, one for each block";
+    let x_m = x_m.ok_or_else(|| map.invalid(SENSORS, accepted))?;
+    Ok(Some(Sensors { length_m, x_m, are_of_slip: map.parse(OF_SLIP, "true or false")? }))
 }
 
 pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {

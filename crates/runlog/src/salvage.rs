@@ -13,14 +13,14 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use asperity_record::{EventKind, ROWS, RowKind, RunEnd, RunHeader, RunStatus, SolverReport, counted};
+use asperity_record::{EventKind, Parts, RowKind, RunEnd, RunHeader, RunStatus, SolverReport, counted};
 use mcap::records::{MessageHeader, Record, op};
 
 use crate::chunk::Chunk;
 use crate::digest::Digests;
 use crate::findings::{Damage, Gap, Salvaged};
 use crate::format::{
-    CHECKPOINT, FIELDS, MOST_CHANNELS, MOST_SCHEMA_BYTES, RUN, RUN_END, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, DESCRIPTIONS, FIELDS, MOST_CHANNELS, MOST_SCHEMA_BYTES, RUN, RUN_END, STEP, SWITCH, WINDOW,
 };
 use crate::messages::{Message, Topic};
 use crate::metadata;
@@ -156,7 +156,8 @@ impl Found {
             }
         }
         let record = |topic: &str| Topic::of_json(topic, "", String::new());
-        let own = RECORDS.into_iter().chain(ROWS.iter().map(|row| row.topic)).map(record);
+        let parts = found.header.as_ref().map_or(Parts::default(), RunHeader::parts);
+        let own = RECORDS.into_iter().chain(RowKind::all_in(parts).map(|row| row.topic)).map(record);
         let own = own.chain(events.iter().map(Topic::of));
         for (id, topic) in (1..).zip(own) {
             if found.channels.values().all(|known| known.topic != topic.topic) {
@@ -178,7 +179,7 @@ impl Found {
             Record::Metadata(record) if record.name == RUN_END => {
                 self.end = metadata::end_from_map(&record.metadata).ok().or(self.end.take());
             }
-            Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+            Record::Attachment { header, data, .. } if DESCRIPTIONS.contains(&header.name.as_str()) => {
                 self.scenario = self.scenario.take().or(String::from_utf8(data.into_owned()).ok());
             }
             Record::Schema { header, data } => {

@@ -20,8 +20,9 @@ use serde::Serialize;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::format::{
-    BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, LIBRARY, LONGEST_CHECKPOINT_BYTES, LONGEST_METADATA_BYTES,
-    PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, INPUTS, LIBRARY, LONGEST_CHECKPOINT_BYTES,
+    LONGEST_METADATA_BYTES, PROFILE, RECORD_HEAD_BYTES, RECORDING, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
+    SWITCH, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
@@ -142,7 +143,7 @@ impl RunWriter {
             .attach(&Attachment {
                 log_time: 0,
                 create_time: 0,
-                name: SCENARIO.to_owned(),
+                name: if header.sensors.is_some() { RECORDING } else { SCENARIO }.to_owned(),
                 media_type: "application/toml".to_owned(),
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
@@ -172,6 +173,16 @@ impl RunWriter {
             synced: Instant::now(),
             payload: Vec::new(),
         })
+    }
+
+    /// Writes which files a recording was read from: length and hash of each, by its path.
+    ///
+    /// # Errors
+    /// If the file cannot be written, or there are too many.
+    pub fn inputs(&mut self, inputs: BTreeMap<String, String>) -> Result<(), WriteError> {
+        let metadata = metadata(INPUTS, inputs)?;
+        self.close_chunk()?;
+        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
     }
 
     /// Writes the next record.

@@ -243,6 +243,8 @@ impl Observer for Export {
 pub(crate) fn about(header: &RunHeader, source: Value) -> Vec<(String, String)> {
     let mut keys = serde_json::json!(header);
     let scales = keys["scales"].take();
+    // Positions of sensors are a list, and stand in /events/arrival.
+    keys["sensors"].take();
     let all = [source, keys, scales].into_iter().filter_map(|keys| keys.as_object().cloned()).flatten();
     let there = all.filter(|(_, value)| !value.is_null());
     let text = |value| serde_json::from_value::<Cell>(value).expect("these are cells").to_string();

@@ -72,6 +72,8 @@ pub struct StepParts {
     pub radiation: bool,
     /// The state of contacts, by rate-and-state friction.
     pub state: bool,
+    /// What sensors measured, in a recording.
+    pub recording: bool,
 }
 
 impl StepParts {
@@ -86,6 +88,7 @@ impl StepParts {
             area: run.area,
             state: record.peak_velocity_m_per_s.is_some(),
             radiation: record.energy.radiated_j.is_some(),
+            recording: run.recording,
         }
     }
 
@@ -118,6 +121,13 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
     if parts.area {
         columns.extend(ACROSS);
         columns.push(number("stick_position_across_m", "Anchor of the friction spring across it."));
+    }
+    if parts.recording {
+        columns.extend([
+            number("error_s", "Standard error of the time."),
+            of_sensor("step_size", "Size of the step that the sensor saw."),
+            of_sensor("step_size_error", "Standard error of that size."),
+        ]);
     }
     columns
 }
@@ -227,6 +237,7 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));
         columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
     }
+    columns.extend(parts.recording.then(|| number("ft_fn_error", "Standard error of `F_T / F_N`.")));
     columns
 }
 
@@ -290,6 +301,10 @@ pub(crate) const fn count(name: &'static str, about: &'static str) -> Column {
 
 pub(crate) const fn number(name: &'static str, about: &'static str) -> Column {
     Column::new(name, ColumnKind::Number, about)
+}
+
+const fn of_sensor(name: &'static str, about: &'static str) -> Column {
+    Column::with_unit(name, ColumnKind::Number, "of the sensor", about)
 }
 
 /// A ratio whose name does not say so.

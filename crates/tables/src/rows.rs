@@ -3,7 +3,7 @@
 use std::iter::repeat_n;
 
 use asperity_record::{
-    Cell, CellValue, FieldRecord, JunctionTotals, StepRecord, Switch, SwitchAcross, WindowRecord,
+    Cell, CellValue, FieldRecord, JunctionTotals, Measured, StepRecord, Switch, SwitchAcross, WindowRecord,
 };
 
 use crate::layout::{ArrayColumn, Cells, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
@@ -65,6 +65,7 @@ pub(crate) fn step(record: &StepRecord, parts: StepParts) -> Vec<Cell> {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
         row.extend([breaks, repins].map(Cell::Step));
     }
+    row.extend(parts.recording.then(|| record.ft_fn_error.cell()));
     row
 }
 
@@ -89,6 +90,10 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
             across(|across| across.tangential_force_n),
             across(|across| across.stick_position_m),
         ]);
+    }
+    if parts.recording {
+        let of = |number: fn(Measured) -> f64| switch.measured.map(number).cell();
+        row.extend([of(|of| of.error_s), of(|of| of.step), of(|of| of.step_error)]);
     }
     table.push(row);
 }

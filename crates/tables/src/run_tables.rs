@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Parts, ROWS, Record, RowKind};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Parts, Record, RowKind};
 
 use crate::foreign;
 use crate::layout::{
@@ -309,7 +309,7 @@ impl EventRows {
 /// log lists its topics before its first message; a log damaged there may have any known topic.
 fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Table> {
     let mut tables = record_tables(StepParts { area: of_run.area, ..StepParts::default() });
-    let rows = ROWS.iter().map(|row| (row.kind)().with(of_run));
+    let rows = RowKind::all_in(of_run).map(|row| (row.kind)().with(of_run));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     let known = rows.chain(kinds.iter().filter(there).cloned());
     tables.extend(known.map(|kind| Table::new(kind.topic, kind.columns())));

@@ -35,6 +35,7 @@ pub fn run_header() -> RunHeader {
             modulus_n_per_m: 5e6,
             interfacial_stiffness_n_per_m: 2e6,
         },
+        sensors: None,
     }
 }
 
@@ -45,6 +46,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         time_s,
         driving_force_n: load_ratio * NORMAL_LOAD_N,
         normal_load_n: NORMAL_LOAD_N,
+        ft_fn_error: None,
         end_forces_n: None,
         energy: Energy::default(),
         junctions: None,
@@ -66,6 +68,7 @@ pub fn switch(block: u32, direction: Direction) -> Switch {
         threshold_n: 0.0,
         junctions_slipping: None,
         across: None,
+        measured: None,
     }
 }
 

@@ -123,7 +123,11 @@ pub fn in_words(what: &str, message: &str, listed_in: &str) -> String {
             _ if expected.contains("nonzero") => "a whole number from 1",
             _ => expected,
         },
-        _ => return message.to_owned(),
+        // The words of a type of a file.
+        _ => match message.strip_prefix("accepted: ") {
+            Some(accepted) => accepted,
+            None => return message.to_owned(),
+        },
     };
     format!("{what} is not accepted (accepted: {expected})")
 }

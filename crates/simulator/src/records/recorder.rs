@@ -196,6 +196,7 @@ fn load(
         step: state.step,
         time_s: plan.grid.time_s(state.step),
         driving_force_n: driving.total_n,
+        ft_fn_error: None,
         end_forces_n: driving.ends_n,
         energy,
         junctions: state.junctions.as_ref().map(|junctions| junctions.totals_before()),
@@ -247,6 +248,7 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
             tangential_force_n: state.tangential_force_n[plan.blocks + n],
             stick_position_m: state.stick_position_m[plan.blocks + n],
         }),
+        measured: None,
     }
 }
 

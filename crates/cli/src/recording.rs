@@ -1,0 +1,122 @@
+//! `asperity recording`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use asperity_files::Existing;
+use asperity_record::{Arrival, EventPayload, LoadDrop, Rupture, counted};
+use asperity_recording::{Description, EXAMPLE, Recording, RecordingError};
+use asperity_run::Recorded;
+use asperity_runlog::WriteError;
+use clap::{Args, Subcommand};
+
+use crate::exit::Failure;
+use crate::outputs::{fits, refused};
+use crate::progress::Board;
+use crate::terminal;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum RecordingCommand {
+    /// Print a description of a recording with every key.
+    #[command(after_help = "\
+Examples:
+  asperity recording show > out/recording.toml")]
+    Show,
+    /// Check a description and its files, and say what is in them.
+    #[command(after_help = "\
+Examples:
+  asperity recording validate out/recording.toml
+
+Reads all files once. Prints each stream with its parts, and warnings about
+channels that are clipped, dead, or coarser than their noise.")]
+    Validate(RecordingFile),
+    /// Find steps and load drops in a recording, and write them as a log.
+    #[command(after_help = "\
+Examples:
+  mkdir -p out
+  asperity recording read out/recording.toml -o out/lab.mcap
+  asperity check out/lab.mcap
+  asperity events out/lab.mcap
+
+Every sensor of the array is a block, so that all that reads the log of a run
+reads this one: summary, events, catalogue, export, replay. Thresholds follow
+from the noise of each channel (docs/recordings.md).")]
+    Read(ReadArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RecordingFile {
+    /// The description; paths in it count from its folder.
+    #[arg(value_name = "RECORDING.toml")]
+    file: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReadArguments {
+    #[command(flatten)]
+    recording: RecordingFile,
+    /// The log to write.
+    #[arg(short, long, value_name = "LAB.mcap")]
+    out: PathBuf,
+    /// Replace an existing log.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), Failure> {
+    match command {
+        RecordingCommand::Show => Ok(terminal::print(EXAMPLE.as_bytes())?),
+        RecordingCommand::Validate(file) => validate(file, board),
+        RecordingCommand::Read(arguments) => read(arguments, board),
+    }
+}
+
+fn open(file: &RecordingFile) -> Result<Recording, Failure> {
+    Description::read(&file.file).and_then(Recording::open).map_err(|error| failed(&error))
+}
+
+fn failed(error: &RecordingError) -> Failure {
+    Failure::BadInput(error.to_string())
+}
+
+fn validate(file: &RecordingFile, board: &Board) -> Result<(), Failure> {
+    let recording = open(file)?;
+    let found = recording.detect().map_err(|error| failed(&error))?;
+    found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
+    terminal::say(format_args!("{}: valid", recording.description.name))?;
+    for line in recording.in_words() {
+        terminal::say(format_args!("  {line}"))?;
+    }
+    Ok(())
+}
+
+fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
+    let ReadArguments { recording: file, out, force } = arguments;
+    fits("--out", out, "mcap", "a log")?;
+    let recording = open(file)?;
+    let files = recording.inputs().map_err(|error| failed(&error))?;
+    let found = recording.detect().map_err(|error| failed(&error))?;
+    found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
+    let header = recording.header(&files);
+    let told = files
+        .into_iter()
+        .map(|input| (input.path, format!("{} bytes, BLAKE3 {}", input.bytes, input.blake3)));
+    let inputs: BTreeMap<String, String> = told.collect();
+    let recorded = Recorded {
+        header,
+        toml: recording.description.text,
+        inputs,
+        records: found.records,
+        noise: found.noise,
+        drops: found.drops,
+    };
+    let existing = if *force { Existing::Replace } else { Existing::Refuse };
+    let end = recorded.write(out, existing).map_err(|error| match error {
+        WriteError::File(error) => refused("--out", &error, true),
+        error => Failure::failed(error),
+    })?;
+    let [ruptures, arrivals, drops] =
+        [(Rupture::TOPIC, "rupture"), (Arrival::TOPIC, "arrival"), (LoadDrop::TOPIC, "load drop")]
+            .map(|(topic, what)| counted(end.message_counts.get(topic).copied().unwrap_or_default(), what));
+    Ok(terminal::say(format_args!("{}: {ruptures}, {arrivals}, {drops}", out.display()))?)
+}

@@ -1,0 +1,552 @@
+//! What a `recording.toml` says.
+
+use std::path::{Path, PathBuf};
+
+use asperity_model::scenario::text::{self, Lines};
+use asperity_model::scenario::typed::{self, TypedError};
+use asperity_record::MOST_BLOCKS;
+use asperity_record::bounds::check_toml;
+use serde::Deserialize;
+use toml::{Spanned, Value};
+
+use crate::error::RecordingError;
+use crate::samples::Column;
+use crate::unit::{Quantity, Unit};
+
+/// A description with every key.
+pub const EXAMPLE: &str = include_str!("example.toml");
+
+/// What a channel measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// The sum of the driving forces, `F_T`.
+    TangentialForce,
+    /// The normal load, `F_N`.
+    NormalForce,
+    /// The position of the drive.
+    LoadPoint,
+    /// The displacement of the slider.
+    Slip,
+    /// The area of real contact, in any unit.
+    ContactArea,
+    /// The local shear force.
+    ShearForce,
+    /// The local shear strain.
+    ShearStrain,
+    /// A sensor of sound.
+    Acoustic,
+}
+
+impl Role {
+    /// What its unit measures; none where any will do.
+    fn quantity(self) -> Option<Quantity> {
+        match self {
+            Role::TangentialForce | Role::NormalForce | Role::ShearForce => Some(Quantity::Force),
+            Role::LoadPoint | Role::Slip => Some(Quantity::Length),
+            Role::ShearStrain => Some(Quantity::Ratio),
+            Role::ContactArea | Role::Acoustic => None,
+        }
+    }
+
+    /// The sign of a detachment.
+    pub(crate) fn sign(self) -> f64 {
+        if self == Role::Slip { 1.0 } else { -1.0 }
+    }
+}
+
+/// A recording as it is described.
+#[derive(Debug, Clone)]
+pub struct Description {
+    /// The file.
+    pub file: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// Name of the recording.
+    pub name: String,
+    pub(crate) sample_s: Option<f64>,
+    pub(crate) slider: Slider,
+    pub(crate) streams: Vec<Stream>,
+    pub(crate) detection: Detection,
+    /// The stream whose array makes the contacts.
+    pub(crate) contacts: Option<usize>,
+    /// The stream with the tangential force.
+    pub(crate) forces: Option<usize>,
+}
+
+/// Numbers of which only some are accepted.
+macro_rules! numbers {
+    ($($(#[doc = $about:literal])+ $Name:ident: $accepted:literal, $accepts:expr;)+) => {$(
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Copy, Deserialize)]
+        #[serde(try_from = "f64")]
+        pub(crate) struct $Name(pub(crate) f64);
+
+        impl TryFrom<f64> for $Name {
+            type Error = &'static str;
+
+            fn try_from(number: f64) -> Result<$Name, &'static str> {
+                let accepts: fn(f64) -> bool = $accepts;
+                if number.is_finite() && accepts(number) { Ok($Name(number)) } else { Err($accepted) }
+            }
+        }
+    )+};
+}
+
+numbers! {
+    /// Above 0.
+    Positive: "accepted: a number above 0", |number| number > 0.0;
+    /// From 0.
+    FromZero: "accepted: a number from 0", |number| number >= 0.0;
+    /// Not 0.
+    Factor: "accepted: a number other than 0", |number| number != 0.0;
+    /// Any.
+    Finite: "accepted: a finite number", |_| true;
+}
+
+impl Default for Finite {
+    fn default() -> Finite {
+        Finite(0.0)
+    }
+}
+
+impl Default for Factor {
+    fn default() -> Factor {
+        Factor(1.0)
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    format: Spanned<u64>,
+    name: String,
+    #[serde(rename = "summary")]
+    _summary: Option<String>,
+    sample_s: Option<Positive>,
+    slider: Spanned<Slider>,
+    #[serde(default)]
+    stream: Vec<Spanned<Stream>>,
+    #[serde(default)]
+    detection: Detection,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Slider {
+    pub(crate) length_m: Positive,
+    pub(crate) width_m: Positive,
+    #[serde(rename = "height_m")]
+    _height_m: Positive,
+    pub(crate) youngs_modulus_pa: Positive,
+    wave_speed_m_per_s: Option<Positive>,
+    density_kg_per_m3: Option<Positive>,
+    pub(crate) normal_force_n: Option<Positive>,
+}
+
+impl Slider {
+    /// The speed of long waves.
+    pub(crate) fn wave_speed_m_per_s(&self) -> f64 {
+        let by_density = |density: Positive| (self.youngs_modulus_pa.0 / density.0).sqrt();
+        let speed = self.wave_speed_m_per_s.map(|speed| speed.0);
+        speed.or(self.density_kg_per_m3.map(by_density)).expect("a slider has one of both")
+    }
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Stream {
+    name: Option<String>,
+    pub(crate) file: String,
+    kind: Option<Kind>,
+    #[serde(default)]
+    pub(crate) units_row: bool,
+    #[serde(default)]
+    pub(crate) axis: Axis,
+    pub(crate) time: Option<Time>,
+    pub(crate) rate_hz: Option<Positive>,
+    #[serde(default)]
+    pub(crate) start_s: Finite,
+    #[serde(default)]
+    pub(crate) offset_s: Finite,
+    pub(crate) starts: Option<Time>,
+    #[serde(default)]
+    pub(crate) gaps: Gaps,
+    pub(crate) resample: Option<Resample>,
+    #[serde(default)]
+    pub(crate) channel: Vec<Channel>,
+    #[serde(default)]
+    array: Vec<Spanned<Array>>,
+    /// The working sensors of the array.
+    #[serde(skip)]
+    pub(crate) sensors: Vec<Channel>,
+}
+
+/// A format of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Kind {
+    Csv,
+    Npy,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Axis {
+    ChannelsFirst,
+    #[default]
+    SamplesFirst,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Gaps {
+    #[default]
+    Refuse,
+    Allow,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Resample {
+    Linear,
+}
+
+/// A column of times: of samples in their own file, of the starts of segments in another.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Time {
+    #[serde(default)]
+    pub(crate) file: String,
+    pub(crate) column: Column,
+    pub(crate) unit: Option<Unit>,
+}
+
+/// A channel.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Channel {
+    pub(crate) column: Column,
+    pub(crate) role: Role,
+    /// The unit, unless the file states it.
+    unit: Option<Unit>,
+    #[serde(default)]
+    pub(crate) factor: Factor,
+    /// In the unit.
+    #[serde(default)]
+    pub(crate) offset: Finite,
+    area_m2: Option<Positive>,
+    pub(crate) x_m: Option<f64>,
+    /// How many SI units a stored 1 is; known once the file is opened.
+    #[serde(skip)]
+    pub(crate) scale: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Array {
+    role: Role,
+    unit: Option<Unit>,
+    channels: Columns,
+    x_m: Option<Vec<f64>>,
+    x0_m: Option<f64>,
+    dx_m: Option<Positive>,
+    #[serde(default)]
+    dead: Vec<u64>,
+    #[serde(default)]
+    factor: Factor,
+    normal_n: Option<Vec<Positive>>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Detection {
+    array: Option<Spanned<String>>,
+    pub(crate) window_s: Option<Positive>,
+    pub(crate) force_window_s: Option<Positive>,
+    threshold: Option<Positive>,
+    /// In the unit of the array.
+    pub(crate) least_step: Option<FromZero>,
+    pub(crate) least_drop_n: Option<FromZero>,
+    link_time_ratio: Option<Positive>,
+}
+
+impl Detection {
+    /// Least size of a step, in scatters of the step statistic.
+    pub(crate) fn threshold(&self) -> f64 {
+        self.threshold.map_or(6.0, |threshold| threshold.0)
+    }
+
+    pub(crate) fn link_time_ratio(&self) -> f64 {
+        self.link_time_ratio.map_or(100.0, |ratio| ratio.0)
+    }
+}
+
+impl TryFrom<Value> for Column {
+    type Error = &'static str;
+
+    fn try_from(value: Value) -> Result<Column, &'static str> {
+        match value {
+            Value::String(name) => Ok(Column::Name(name)),
+            Value::Integer(number @ 1..) => Ok(Column::Number(number.unsigned_abs())),
+            _ => Err("accepted: a name in quotes, or a number from 1"),
+        }
+    }
+}
+
+/// Channels as a list, or as a range `"1..20"`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(try_from = "Value")]
+struct Columns(Vec<Column>);
+
+impl TryFrom<Value> for Columns {
+    type Error = &'static str;
+
+    fn try_from(value: Value) -> Result<Columns, &'static str> {
+        let range = |text: &str| {
+            let (first, last) = text.split_once("..")?;
+            let (first, last) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+            let is_fit = first > 0 && first <= last && last - first < MOST_BLOCKS;
+            is_fit.then(|| (first..=last).map(Column::Number).collect())
+        };
+        let read: Option<Vec<Column>> = match value {
+            Value::String(text) => range(&text),
+            Value::Array(list) => list.into_iter().map(|value| value.try_into().ok()).collect(),
+            _ => None,
+        };
+        let is_fit = |columns: &Vec<Column>| (1..=MOST_BLOCKS).contains(&(columns.len() as u64));
+        let read = read.filter(is_fit).map(Columns);
+        read.ok_or("accepted: a range as \"1..20\", or a list of names or numbers from 1")
+    }
+}
+
+impl Channel {
+    /// What is stored, in SI units.
+    pub(crate) fn si(&self, stored: f64) -> f64 {
+        stored * self.scale + self.offset.0 * self.scale / self.factor.0
+    }
+
+    /// How many SI units a stored 1 is, given the unit that a file states for it.
+    ///
+    /// # Errors
+    /// What is wrong with the unit.
+    pub(crate) fn scale_by(&self, stated: Option<&str>) -> Result<f64, String> {
+        let due = self.role.quantity();
+        let misfit = |unit: &str| match due {
+            Some(due) => format!("unit {unit} where {} is due", due.words()),
+            None => format!("unknown unit {unit}"),
+        };
+        let of_file = stated.map(|stated| Unit::of(stated).ok_or_else(|| misfit(stated))).transpose()?;
+        let unit = of_file.as_ref().or(self.unit.as_ref());
+        let unit = unit.ok_or_else(|| "no unit in the file, nor in recording.toml".to_owned())?;
+        let scale = match (due, self.area_m2) {
+            // Of any quantity, so in its own unit.
+            (None, _) => 1.0,
+            (Some(due), _) if due == unit.quantity => unit.scale,
+            // A stress on an area is a force.
+            (Some(Quantity::Force), Some(area)) if unit.quantity == Quantity::Stress => unit.scale * area.0,
+            _ => return Err(misfit(&unit.name)),
+        };
+        match &self.unit {
+            Some(given) if (given.quantity, given.scale) != (unit.quantity, unit.scale) => {
+                Err(format!("unit {} in the file, {} in recording.toml", unit.name, given.name))
+            }
+            _ => Ok(self.factor.0 * scale),
+        }
+    }
+}
+
+impl Stream {
+    /// Its name, that of its file if it has none.
+    pub(crate) fn name(&self) -> &str {
+        self.name.as_ref().unwrap_or(&self.file)
+    }
+
+    /// The format of its files, if it is known.
+    pub(crate) fn kind(&self) -> Option<Kind> {
+        self.kind.or_else(|| match Path::new(&self.file).extension()?.to_str()? {
+            "csv" => Some(Kind::Csv),
+            "npy" => Some(Kind::Npy),
+            _ => None,
+        })
+    }
+
+    /// Its channels: sensors first.
+    pub(crate) fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.sensors.iter().chain(&self.channel)
+    }
+
+    /// The channel of a role, beside the array.
+    pub(crate) fn with(&self, role: Role) -> Option<&Channel> {
+        self.channel.iter().find(|channel| channel.role == role)
+    }
+
+    /// The role of its array, if that can make the contacts.
+    pub(crate) fn contact_role(&self) -> Option<Role> {
+        let role = self.sensors.first()?.role;
+        let makes_contacts =
+            matches!(role, Role::Slip | Role::ContactArea | Role::ShearForce | Role::ShearStrain);
+        makes_contacts.then_some(role)
+    }
+}
+
+/// A byte in the text, and what is wrong there.
+type Refused = (usize, String);
+
+/// Refuses what stands at a place, unless it is accepted.
+fn must(accepted: bool, at: usize, problem: impl FnOnce() -> String) -> Result<(), Refused> {
+    if accepted { Ok(()) } else { Err((at, problem())) }
+}
+
+impl Description {
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// If it cannot be read, or a value in it is not accepted.
+    pub fn read(file: &Path) -> Result<Description, RecordingError> {
+        let text = text::read(file).map_err(RecordingError::io(file))?;
+        Description::parse(file, &text)
+    }
+
+    /// Parses a description, with the name of its file.
+    ///
+    /// # Errors
+    /// If a value in it is not accepted.
+    pub fn parse(file: &Path, text: &str) -> Result<Description, RecordingError> {
+        let read = || -> Result<Description, Refused> {
+            check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
+            let written = typed::parse(text, "`asperity recording show`");
+            resolve(file, text, written.map_err(|TypedError { at, problem }| (at, problem))?)
+        };
+        read().map_err(|(at, problem)| RecordingError::Description {
+            file: file.to_owned(),
+            place: Lines::of(text).place(text, at).to_string(),
+            problem,
+        })
+    }
+
+    /// The role of the array that makes the contacts, if there is one.
+    pub(crate) fn contact_role(&self) -> Option<Role> {
+        self.streams[self.contacts?].contact_role()
+    }
+
+    /// The positions of the contacts, m from the driven end; none without an array.
+    pub fn positions_m(&self) -> Vec<f64> {
+        let sensors = self.contacts.map_or(&[][..], |stream| &self.streams[stream].sensors);
+        sensors.iter().filter_map(|sensor| sensor.x_m).collect()
+    }
+}
+
+fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Refused> {
+    let (format, slider) = (written.format, written.slider);
+    must(*format.get_ref() == 1, format.span().start, || {
+        format!("format = {} (accepted: 1)", format.get_ref())
+    })?;
+    let (at, slider) = (slider.span().start, slider.into_inner());
+    let speeds = [slider.wave_speed_m_per_s, slider.density_kg_per_m3];
+    must(speeds.iter().flatten().count() == 1, at, || {
+        "slider needs one of wave_speed_m_per_s and density_kg_per_m3".to_owned()
+    })?;
+    let places: Vec<usize> = written.stream.iter().map(|stream| stream.span().start).collect();
+    let streams: Result<Vec<Stream>, Refused> =
+        written.stream.into_iter().map(|stream| self::stream(stream, slider.length_m.0)).collect();
+    let streams = streams?;
+    let with_array: Vec<usize> =
+        (0..streams.len()).filter(|n| streams[*n].contact_role().is_some()).collect();
+    let contacts = match &written.detection.array {
+        Some(named) => {
+            let found = with_array.into_iter().find(|n| streams[*n].name() == named.get_ref());
+            must(found.is_some(), named.span().start, || {
+                format!("array = {:?} (accepted: the name of a stream with an array)", named.get_ref())
+            })?;
+            found
+        }
+        None => {
+            must(with_array.len() < 2, places[with_array.get(1).copied().unwrap_or_default()], || {
+                "a second array (accepted: one, or detection.array, which names its stream)".to_owned()
+            })?;
+            with_array.first().copied()
+        }
+    };
+    let forces = streams.iter().position(|stream| stream.with(Role::TangentialForce).is_some());
+    for (n, stream) in streams.iter().enumerate() {
+        for role in [Role::TangentialForce, Role::NormalForce, Role::LoadPoint] {
+            let count = stream.channel.iter().filter(|channel| channel.role == role).count();
+            must(count <= usize::from(forces == Some(n)), places[n], || {
+                "a force or a load point too many (accepted: one of each, beside tangential-force)".to_owned()
+            })?;
+        }
+    }
+    must(contacts.or(forces).is_some(), 0, || {
+        "nothing from which events follow (accepted: a stream with an array, or with a tangential-force)"
+            .to_owned()
+    })?;
+    Ok(Description {
+        file: file.to_owned(),
+        text: text.to_owned(),
+        name: written.name,
+        sample_s: written.sample_s.map(|interval| interval.0),
+        slider,
+        streams,
+        detection: written.detection,
+        contacts,
+        forces,
+    })
+}
+
+fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
+    let (at, mut stream) = (spanned.span().start, spanned.into_inner());
+    let Stream { file, time, rate_hz, starts, channel, .. } = &stream;
+    must(stream.kind().is_some(), at, || {
+        format!("file = {file:?} (accepted: csv, npy; or kind says which)")
+    })?;
+    must(time.is_some() != rate_hz.is_some(), at, || "a stream has one of time and rate_hz".to_owned())?;
+    let is_of_time = |unit: &Unit| unit.quantity == Quantity::Time;
+    let units = [time, starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
+    must(units.into_iter().all(is_of_time), at, || {
+        "a unit of another kind (accepted: s, ms, us, ns)".to_owned()
+    })?;
+    must(file.contains('*') == starts.is_some() && (starts.is_none() || rate_hz.is_some()), at, || {
+        "segments (a * in file) need starts and rate_hz, and only they have starts".to_owned()
+    })?;
+    let is_on_slider = |x_m: f64| (0.0..=length_m).contains(&x_m);
+    must(channel.iter().filter_map(|channel| channel.x_m).all(is_on_slider), at, || {
+        format!("a channel beside the slider (accepted: x_m from 0 to {length_m})")
+    })?;
+    must(stream.array.len() < 2, at, || "a second array (accepted: one in a stream)".to_owned())?;
+    if let Some(array) = stream.array.pop() {
+        stream.sensors = sensors(array, length_m)?;
+    }
+    Ok(stream)
+}
+
+/// The working sensors of an array.
+fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refused> {
+    let (at, array) = (spanned.span().start, spanned.into_inner());
+    let Array { role, unit, channels: Columns(columns), dead, factor, .. } = array;
+    let count = columns.len();
+    let x_m: Vec<f64> = match (array.x_m, array.x0_m, array.dx_m) {
+        (Some(x_m), None, None) => x_m,
+        (None, Some(first_m), Some(Positive(step_m))) => {
+            (0..count).map(|n| first_m + step_m * n as f64).collect()
+        }
+        _ => return Err((at, "an array has x_m, or x0_m and dx_m".to_owned())),
+    };
+    let loads = array.normal_n.as_ref().map_or(count, Vec::len);
+    must(x_m.len() == count && loads == count, at, || {
+        format!("{} positions, {loads} loads (accepted: as many as channels, {count})", x_m.len())
+    })?;
+    let is_fit = x_m.iter().all(|x_m| (0.0..=length_m).contains(x_m)) && x_m.is_sorted_by(|a, b| a < b);
+    must(is_fit, at, || format!("positions {x_m:?} (accepted: ascending, from 0 to {length_m})"))?;
+    must(dead.iter().all(|dead| (1..=count as u64).contains(dead)), at, || {
+        format!("dead = {dead:?} (accepted: sensors from 1 to {count})")
+    })?;
+    let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
+    let channel = |(_, (column, x_m))| {
+        let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
+        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
+    };
+    let working: Vec<Channel> = all.map(channel).collect();
+    must(!working.is_empty(), at, || "all sensors are dead (accepted: one that works)".to_owned())?;
+    Ok(working)
+}

@@ -1,0 +1,208 @@
+//! Load drops, and the loads at any time, by straight lines through samples between the ramps of the tangential force.
+
+use std::ops::Range;
+
+use asperity_record::LoadDrop;
+
+use crate::description::Channel;
+use crate::line::Line;
+use crate::pick::Search;
+use crate::ramp::Ramp;
+use crate::samples::Block;
+use crate::survey::Part;
+
+/// Windows of samples on either side of a drop through which lines are drawn.
+const LINE_WINDOWS: u64 = 8;
+
+/// Samples between a line and the ramp beside it.
+const MARGIN: u64 = 2;
+
+/// The forces of a recording: its parts, and in each the ramps of `F_T`, as they are or not drops.
+#[derive(Debug)]
+pub(crate) struct Forces<'a> {
+    pub(crate) parts: &'a [Part],
+    pub(crate) ramps: Vec<Vec<Ramp>>,
+    pub(crate) searches: Vec<Search>,
+    /// The rows of a block, and in which of them `F_T` stands, and `F_N` and the load point if they are recorded.
+    pub(crate) channels: Vec<&'a Channel>,
+    pub(crate) rows: [Option<usize>; 3],
+    pub(crate) normal_force_n: Option<f64>,
+}
+
+/// Samples of a range of a part.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Request {
+    pub(crate) part: usize,
+    pub(crate) samples: Range<u64>,
+}
+
+/// Rows of samples, the first of them at this place of their part.
+pub(crate) struct Rows<'a> {
+    pub(crate) first: u64,
+    pub(crate) rows: &'a Block,
+}
+
+/// Loads at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Loads {
+    pub(crate) driving_force_n: f64,
+    pub(crate) normal_load_n: f64,
+    /// Standard error of their ratio.
+    pub(crate) ratio_error: Option<f64>,
+}
+
+/// Which samples tell the loads at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// Those before a detachment.
+    Before,
+    /// Those behind a re-attachment.
+    Behind,
+}
+
+/// The place of `F_T`, `F_N` and the load point in rows.
+const FORCE: usize = 0;
+const NORMAL: usize = 1;
+const DRIVE: usize = 2;
+
+impl Forces<'_> {
+    fn quantity(&self, which: usize, rows: &Rows<'_>, samples: &Range<u64>) -> Option<Vec<f64>> {
+        let (from, to) = ((samples.start - rows.first) as usize, (samples.end - rows.first) as usize);
+        let row = self.rows[which]?;
+        Some(rows.rows[row].get(from..to)?.iter().map(|stored| self.channels[row].si(*stored)).collect())
+    }
+
+    /// The lines before and behind a ramp, and the samples whose normal force counts.
+    fn ranges(&self, part: usize, n: usize) -> [Range<u64>; 3] {
+        let (ramps, samples, width) =
+            (&self.ramps[part], self.parts[part].samples, self.searches[part].width);
+        let (begin, end) = (ramps[n].begin.floor() as u64, ramps[n].end.ceil() as u64);
+        let from = |place: u64| place.min(samples);
+        let least = n.checked_sub(1).map_or(0, |before| ramps[before].end.ceil() as u64 + MARGIN);
+        let most =
+            ramps.get(n + 1).map_or(samples, |next| (next.begin.floor() as u64 + 1).saturating_sub(MARGIN));
+        let before =
+            begin.saturating_sub(LINE_WINDOWS * width).max(least)..(begin + 1).saturating_sub(MARGIN);
+        let behind = from(end + MARGIN)..from(end + LINE_WINDOWS * width + MARGIN).min(most);
+        let start = ramps[n].begin.ceil() as u64;
+        [before, behind, start.saturating_sub(width)..from(start + width)]
+    }
+
+    /// The samples that tell whether each ramp is a load drop.
+    pub(crate) fn requests(&self) -> Vec<Request> {
+        let of_part = |part: usize| (0..self.ramps[part].len()).map(move |n| (part, n));
+        (0..self.parts.len())
+            .flat_map(of_part)
+            .map(|(part, n)| {
+                let [before, behind, normal] = self.ranges(part, n);
+                let (from, to) = (before.start.min(normal.start), behind.end.max(normal.end).max(before.end));
+                Request { part, samples: from.min(behind.start)..to }
+            })
+            .collect()
+    }
+
+    /// The load drop of a ramp, if it is one, without its number and recurrence.
+    pub(crate) fn drop(&self, part: usize, n: usize, rows: &Rows<'_>) -> Option<LoadDrop> {
+        let (of, ramp, search) = (&self.parts[part], self.ramps[part][n], &self.searches[part]);
+        let [left, right, normal] = self.ranges(part, n);
+        let line = |which: usize, samples: &Range<u64>| {
+            if samples.is_empty() {
+                return None;
+            }
+            Line::through(samples.start, &self.quantity(which, rows, samples)?)
+        };
+        let (first, second) = (line(FORCE, &left)?, line(FORCE, &right)?);
+        let ((ft_before_n, before_error), (ft_after_n, after_error)) =
+            (first.at(ramp.begin), second.at(ramp.begin));
+        let drop_n = ft_before_n - ft_after_n;
+        if drop_n < search.least * self.channels[0].scale.abs() {
+            return None;
+        }
+        let (onset_s, end_s) = (of.time_s(ramp.begin), of.time_s(ramp.end));
+        let normal_n = self.quantity(NORMAL, rows, &normal).map(|n| n.iter().sum::<f64>() / n.len() as f64);
+        let normal_n = normal_n.or(self.normal_force_n);
+        // Rates by the samples' own times.
+        let per_s = (left.end - 1 - left.start) as f64
+            / (of.time_s((left.end - 1) as f64) - of.time_s(left.start as f64));
+        let loading_rate_n_per_s = first.slope * per_s;
+        let speed_m_per_s = line(DRIVE, &left).map(|line| line.slope * per_s).filter(|speed| *speed != 0.0);
+        let stiffness_n_per_m = speed_m_per_s.map(|speed_m_per_s| loading_rate_n_per_s / speed_m_per_s);
+        Some(LoadDrop {
+            drop: 0,
+            part: part as u64 + 1,
+            onset_s,
+            end_s,
+            ft_before_n,
+            ft_after_n,
+            drop_n,
+            drop_error_n: before_error.hypot(after_error),
+            ft_fn_before: normal_n.map(|normal_n| ft_before_n / normal_n),
+            ft_fn_after: normal_n.map(|normal_n| ft_after_n / normal_n),
+            recurrence_s: None,
+            loading_rate_n_per_s,
+            stiffness_n_per_m,
+            load_point_slip_m: stiffness_n_per_m.filter(|k| *k != 0.0).map(|stiffness| drop_n / stiffness),
+        })
+    }
+
+    /// The samples that tell the loads at a time.
+    pub(crate) fn near(&self, time_s: f64, side: Side) -> Request {
+        let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
+        let nearest = |best: usize, part: usize| {
+            if off(&self.parts[part]) < off(&self.parts[best]) { part } else { best }
+        };
+        let part = (1..self.parts.len()).fold(0, nearest);
+        let (of, ramps, width) = (&self.parts[part], &self.ramps[part], self.searches[part].width);
+        let place = of.sample_at(time_s);
+        let last = of.samples - 1;
+        // Samples that belong to a ramp.
+        let skipped = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
+        let samples = match side {
+            Side::Before => {
+                let mut at = ((place - 1.0).floor().max(0.0) as u64).min(last);
+                let earlier = ramps.partition_point(|ramp| skipped(ramp).start <= at);
+                let mut earlier = ramps[..earlier].iter().rev().map(skipped).peekable();
+                while let Some(skipped) = earlier.next_if(|skipped| skipped.contains(&at)) {
+                    at = skipped.start.saturating_sub(1);
+                }
+                let least = earlier.peek().map_or(0, |skipped| skipped.end);
+                (at + 1).saturating_sub(width).max(least)..at + 1
+            }
+            Side::Behind => {
+                let mut at = ((place + 1.0).ceil().max(0.0) as u64).min(last);
+                let later = ramps.partition_point(|ramp| skipped(ramp).end <= at);
+                let mut later = ramps[later..].iter().map(skipped).peekable();
+                while let Some(skipped) = later.next_if(|skipped| skipped.contains(&at)) {
+                    at = skipped.end.min(last);
+                }
+                let most = later.peek().map_or(of.samples, |skipped| skipped.start);
+                at..(at + width).min(most).max(at + 1)
+            }
+        };
+        Request { part, samples }
+    }
+
+    /// The loads at a time by the samples of its request.
+    pub(crate) fn loads(&self, time_s: f64, side: Side, request: &Request, rows: &Rows<'_>) -> Loads {
+        let place = self.parts[request.part].sample_at(time_s);
+        let at = |which: usize| {
+            let values = self.quantity(which, rows, &request.samples)?;
+            Some(match Line::through(request.samples.start, &values) {
+                Some(line) => (line.at(place).0, Some(line.at(place).1)),
+                // Too few: the nearest.
+                None if side == Side::Before => (values[values.len() - 1], None),
+                None => (values[0], None),
+            })
+        };
+        let (driving_force_n, force_error) = at(FORCE).expect("there are forces");
+        let (normal_load_n, normal_error) =
+            at(NORMAL).unwrap_or((self.normal_force_n.unwrap_or(1.0), Some(0.0)));
+        let ratio = driving_force_n / normal_load_n;
+        let relative = |error: Option<f64>, value: f64| error.map(|error| error / value);
+        let ratio_error = relative(force_error, driving_force_n)
+            .zip(relative(normal_error, normal_load_n))
+            .map(|(force, normal)| (ratio * force.hypot(normal)).abs())
+            .filter(|error| error.is_finite());
+        Loads { driving_force_n, normal_load_n, ratio_error }
+    }
+}

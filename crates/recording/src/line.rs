@@ -1,0 +1,57 @@
+//! Straight lines through samples, by least squares.
+
+/// A line through samples at whole places.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line {
+    count: f64,
+    mean_x: f64,
+    mean: f64,
+    /// Rise per sample.
+    pub(crate) slope: f64,
+    squares_x: f64,
+    variance: f64,
+}
+
+/// Fewest samples of a line with an error.
+const FEWEST: usize = 4;
+
+impl Line {
+    /// The line through samples, the first at this place; none through fewer than [`FEWEST`].
+    pub(crate) fn through(first: u64, samples: &[f64]) -> Option<Line> {
+        if samples.len() < FEWEST {
+            return None;
+        }
+        let count = samples.len() as f64;
+        let (middle, mean) = ((count - 1.0) / 2.0, samples.iter().sum::<f64>() / count);
+        let squares_x = count * (count * count - 1.0) / 12.0;
+        let off = || samples.iter().enumerate().map(|(n, y)| (n as f64 - middle, y - mean));
+        let slope = off().map(|(x, y)| x * y).sum::<f64>() / squares_x;
+        let residual = off().map(|(x, y)| (y - slope * x).powi(2)).sum::<f64>();
+        let (mean_x, variance) = (first as f64 + middle, residual / (count - 2.0));
+        Some(Line { count, mean_x, mean, slope, squares_x, variance })
+    }
+
+    /// Its value at a place and the standard error of that.
+    pub(crate) fn at(&self, x: f64) -> (f64, f64) {
+        let off = x - self.mean_x;
+        let error = (self.variance * (1.0 / self.count + off * off / self.squares_x)).sqrt();
+        (self.mean + self.slope * off, error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Line;
+
+    /// By hand: slope 1.4, residuals 0.1, 0.3, -0.7... of y = 1, 3, 3, 6 at 10 to 13.
+    #[test]
+    fn a_line_has_the_error_of_a_regression() {
+        let line = Line::through(10, &[1.0, 3.0, 3.0, 6.0]).unwrap();
+        assert!((line.slope - 1.5).abs() < 1e-12);
+        let (value, error) = line.at(14.0);
+        assert!((value - 7.0).abs() < 1e-12);
+        // Residuals -0, 0.5, -1, 0.5 of 1, 2.5, 4, 5.5: variance 0.75; 1/4 + 2.5^2/5 of it.
+        assert!((error - (0.75f64 * 1.5).sqrt()).abs() < 1e-12, "{error}");
+        assert!(Line::through(0, &[1.0; 3]).is_none());
+    }
+}

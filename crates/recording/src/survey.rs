@@ -1,0 +1,252 @@
+//! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
+
+use crate::description::{Gaps, Stream, Time};
+use crate::error::{InputFault, Place, RecordingError};
+use crate::input::Folder;
+use crate::resample::Resampled;
+use crate::samples::{Block, Column, Samples};
+use crate::unit::{Quantity, Unit};
+
+/// Samples that are read at once.
+pub(crate) const BLOCK: usize = 1 << 14;
+
+/// Of a column of times, every so many are kept; those between are interpolated.
+const EACH: u64 = 1024;
+
+/// Intervals whose median is the interval of a stream with a column of times.
+const MOST_INTERVALS: usize = 1 << 17;
+
+/// Largest relative deviation of an interval, beside what the last printed digit allows.
+const INTERVAL_TOLERANCE: f64 = 0.01;
+
+/// A gap is longer than so many intervals.
+const GAP: f64 = 1.5;
+
+/// Samples without a gap.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    /// The file that it is in.
+    pub(crate) file: usize,
+    /// The first sample of it in the file.
+    pub(crate) from: u64,
+    pub(crate) samples: u64,
+    /// On the common clock: of the first sample, then every [`EACH`]th, and of the last; of a constant rate the first.
+    times_s: Vec<f64>,
+    interval_s: f64,
+}
+
+impl Part {
+    /// The time of a place between samples, s.
+    pub(crate) fn time_s(&self, sample: f64) -> f64 {
+        let [first_s] = *self.times_s else {
+            let last = (self.times_s.len() - 2) as f64;
+            let n = (sample / EACH as f64).floor().clamp(0.0, last);
+            let (from_s, to_s) = (self.times_s[n as usize], self.times_s[n as usize + 1]);
+            let span = ((self.samples - 1) as f64 - n * EACH as f64).min(EACH as f64);
+            return from_s + (sample - n * EACH as f64) / span * (to_s - from_s);
+        };
+        first_s + sample * self.interval_s
+    }
+
+    /// The place between samples of a time.
+    pub(crate) fn sample_at(&self, time_s: f64) -> f64 {
+        let [first_s] = *self.times_s else {
+            let n =
+                self.times_s.partition_point(|known_s| *known_s <= time_s).clamp(1, self.times_s.len() - 1)
+                    - 1;
+            let (from_s, to_s) = (self.times_s[n], self.times_s[n + 1]);
+            let from = (n as u64 * EACH) as f64;
+            let span = ((self.samples - 1) as f64 - from).min(EACH as f64);
+            return from + (time_s - from_s) / (to_s - from_s) * span;
+        };
+        (time_s - first_s) / self.interval_s
+    }
+
+    pub(crate) fn first_s(&self) -> f64 {
+        self.times_s[0]
+    }
+
+    pub(crate) fn last_s(&self) -> f64 {
+        self.time_s((self.samples - 1) as f64)
+    }
+}
+
+/// A stream whose parts are known.
+#[derive(Debug)]
+pub(crate) struct Surveyed {
+    pub(crate) files: Vec<String>,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) interval_s: f64,
+}
+
+/// Finds the parts of a stream, and checks its times and units.
+pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, RecordingError> {
+    let files = folder.files(stream)?;
+    let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
+    let opened = folder.open(stream, &files[0], &columns)?;
+    for (channel, stated) in stream.sensors.iter_mut().chain(&mut stream.channel).zip(opened.units()) {
+        channel.scale = channel.scale_by(stated.as_deref()).map_err(|problem| {
+            let place = if stated.is_some() { Place::Line(2) } else { Place::File };
+            let accepted = "a unit of what the channel measures";
+            let fault = InputFault::new(&folder.shown(&files[0]), place, problem, accepted);
+            fault.of(&channel.column).with(stated)
+        })?;
+    }
+    let stream = &*stream;
+    let (parts, interval_s) = match (&stream.rate_hz, &stream.time) {
+        (None, Some(time)) => times(folder, stream, &files[0], time)?,
+        (rate, _) => {
+            let interval_s = 1.0 / rate.as_ref().expect("a stream has one of both").0;
+            let starts_s = match &stream.starts {
+                Some(starts) => folder.starts_s(starts)?,
+                None => vec![stream.start_s.0],
+            };
+            if starts_s.len() != files.len() {
+                let problem = format!("{} starts of {} segments", starts_s.len(), files.len());
+                let file = folder.shown(&stream.file);
+                return Err(InputFault::new(&file, Place::File, problem, "a start for every segment").into());
+            }
+            let part = |(file, start_s): (usize, f64)| {
+                let mut samples = folder.open(stream, &files[file], &columns)?;
+                let samples = match samples.known_length() {
+                    Some(length) => length,
+                    None => count(samples.as_mut(), columns.len())?,
+                };
+                if samples == 0 {
+                    let file = folder.shown(&files[file]);
+                    return Err(InputFault::new(&file, Place::File, "no samples", "four windows").into());
+                }
+                Ok(Part { file, from: 0, samples, times_s: vec![start_s + stream.offset_s.0], interval_s })
+            };
+            let parts: Result<_, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
+            (parts?, interval_s)
+        }
+    };
+    Ok(Surveyed { files, parts, interval_s })
+}
+
+impl Time {
+    /// The unit of the first channel of some samples, which this is the column of.
+    ///
+    /// # Errors
+    /// The unit, if it is none of time.
+    pub(crate) fn unit_of(&self, samples: &dyn Samples) -> Result<Unit, String> {
+        let stated = samples.units()[0].clone();
+        let unit = match &stated {
+            Some(stated) => Unit::of(stated),
+            None => self.unit.clone().or_else(|| Unit::of("s")),
+        };
+        unit.filter(|unit| unit.quantity == Quantity::Time).ok_or_else(|| stated.unwrap_or_default())
+    }
+}
+
+fn count(samples: &mut dyn Samples, channels: usize) -> Result<u64, RecordingError> {
+    let (mut all, mut block): (u64, Block) = (0, vec![Vec::new(); channels]);
+    loop {
+        match samples.next(BLOCK, &mut block)? {
+            0 => return Ok(all),
+            some => all += some as u64,
+        }
+    }
+}
+
+/// The parts of a file with a column of times, and the interval of its samples, s.
+fn times(
+    folder: &Folder,
+    stream: &Stream,
+    named: &str,
+    time: &Time,
+) -> Result<(Vec<Part>, f64), RecordingError> {
+    let mut samples = folder.open(stream, named, std::slice::from_ref(&time.column))?;
+    let mut block = vec![Vec::new()];
+    let fault = |place, value: Option<String>, problem: String, accepted| {
+        let fault = InputFault::new(&folder.shown(named), place, problem, accepted);
+        RecordingError::from(fault.of(&time.column).with(value))
+    };
+    let Unit { name: in_words, scale: unit_s, .. } = time.unit_of(samples.as_ref()).map_err(|stated| {
+        let problem = format!("unit {stated} where a time is due");
+        fault(Place::Line(2), Some(stated), problem, "s, ms, us, ns")
+    })?;
+    samples.next(MOST_INTERVALS + 1, &mut block)?;
+    let first = block[0].clone();
+    let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let interval = crate::window::median(&mut intervals);
+    if interval.is_nan() || interval <= 0.0 {
+        return Err(fault(
+            Place::File,
+            None,
+            "times that do not ascend".to_owned(),
+            "two samples, the later behind",
+        ));
+    }
+    // Times are printed with some digits, of which the last may be off by one.
+    let digit = first.iter().map(|time| last_digit(*time)).fold(f64::INFINITY, f64::min);
+    let tolerance = INTERVAL_TOLERANCE * interval + digit;
+    let mut parts: Vec<Part> = Vec::new();
+    let (mut at, mut last) = (0_u64, f64::NAN);
+    let mut begin = 0;
+    let mut kept = Vec::new();
+    let time_s = |time: f64| time * unit_s + stream.offset_s.0;
+    let close = |parts: &mut Vec<Part>, kept: &mut Vec<f64>, begin: u64, end: u64, last: f64| {
+        let samples = end - begin;
+        if samples > 1 && !(samples - 1).is_multiple_of(EACH) {
+            kept.push(time_s(last));
+        }
+        let times_s = std::mem::take(kept);
+        parts.push(Part { file: 0, from: begin, samples, times_s, interval_s: interval * unit_s });
+    };
+    loop {
+        for &time in &block[0] {
+            let step = time - last;
+            let place = samples.place(at);
+            let told = || Some(shown(time, digit));
+            let refused = |problem: String, accepted| Err(fault(place, told(), problem, accepted));
+            let is_gap = step > GAP * interval;
+            if step < 0.0 {
+                return refused("time runs back".to_owned(), "times that ascend");
+            } else if step == 0.0 {
+                return refused("time repeats".to_owned(), "times that ascend");
+            } else if stream.resample.is_some() {
+                // Any interval.
+            } else if is_gap && stream.gaps == Gaps::Refuse {
+                let [gap, due] = [step, interval].map(|step| shown(step, digit));
+                let problem = format!("gap of {gap} {in_words} where {due} {in_words} is the interval");
+                return refused(problem, "equal intervals, or gaps = \"allow\"");
+            } else if !is_gap && (step - interval).abs() > tolerance {
+                let [step, due] = [step, interval].map(|step| shown(step, digit));
+                let problem = format!("{step} {in_words} where {due} {in_words} is the interval");
+                return refused(problem, "intervals equal to 1 %, or resample = \"linear\"");
+            }
+            if is_gap && stream.resample.is_none() {
+                close(&mut parts, &mut kept, begin, at, last);
+                begin = at;
+            }
+            if (at - begin).is_multiple_of(EACH) {
+                kept.push(time_s(time));
+            }
+            (at, last) = (at + 1, time);
+        }
+        if samples.next(BLOCK, &mut block)? == 0 {
+            break;
+        }
+    }
+    close(&mut parts, &mut kept, begin, at, last);
+    let interval_s = interval * unit_s;
+    if stream.resample.is_some() {
+        let (first_s, last_s) = (time_s(first[0]), time_s(last));
+        let samples = Resampled::length(last_s - first_s, interval_s);
+        parts = vec![Part { file: 0, from: 0, samples, times_s: vec![first_s], interval_s }];
+    }
+    Ok((parts, interval_s))
+}
+
+/// The last decimal place that a number is printed with, up to twelve.
+fn last_digit(number: f64) -> f64 {
+    let text = number.to_string();
+    let places = text.split_once('.').map_or(0, |(_, places)| places.len().min(12));
+    10f64.powi(-(places as i32))
+}
+
+fn shown(number: f64, digit: f64) -> String {
+    format!("{number:.places$}", places = (-digit.log10()).round().max(0.0) as usize)
+}

@@ -1,0 +1,197 @@
+//! The step statistic of a channel, and its scatter without events.
+//!
+//! `S_i` is the mean of the `w` samples from `i` on less that of the `w` before. Its median `b` takes out drift, and
+//! `1.4826` times the median of `|S - b|`, its scatter, contains noise of low frequency.
+
+use std::ops::Range;
+
+/// From the median of absolute deviations to the standard deviation of a normal distribution.
+pub(crate) const MAD_TO_SIGMA: f64 = 1.4826;
+
+/// Sums start anew at multiples of this, so that they do not depend on how samples were read, and rounding errors do
+/// not grow.
+const SUMMED: u64 = 4096;
+
+/// Values from which the scatter follows: all of them, or blocks of so many.
+const MOST_VALUES: u64 = 1 << 17;
+const BLOCKS: u64 = 256;
+const VALUES_OF_BLOCK: u64 = 512;
+
+/// Windows of samples that are kept before the next step, or a candidate: a ramp begins two before it, and its
+/// arrival is looked for in three before that.
+const BEHIND: u64 = 6;
+
+/// Runs over the samples of a channel, and keeps those that are still needed.
+#[derive(Debug)]
+pub(crate) struct Window {
+    width: u64,
+    kept: Vec<f64>,
+    /// The sample that the first kept one is.
+    base: u64,
+    next: u64,
+    before: f64,
+    after: f64,
+}
+
+impl Window {
+    pub(crate) fn new(width: u64) -> Window {
+        Window { width, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0 }
+    }
+
+    /// Adds samples, and drops those before `needed` that no later step needs.
+    pub(crate) fn extend(&mut self, samples: &[f64], needed: u64) {
+        let from = needed.min(self.next).saturating_sub(BEHIND * self.width);
+        // Rarely, so that the rest is seldom moved.
+        if from - self.base.min(from) > self.kept.len() as u64 / 2 {
+            self.kept.drain(..(from - self.base) as usize);
+            self.base = from;
+        }
+        self.kept.extend_from_slice(samples);
+    }
+
+    /// One past the last sample.
+    pub(crate) fn end(&self) -> u64 {
+        self.base + self.kept.len() as u64
+    }
+
+    /// Samples of a range, cut to those that are kept.
+    pub(crate) fn samples(&self, range: Range<u64>) -> &[f64] {
+        let at = |sample: u64| (sample.clamp(self.base, self.end()) - self.base) as usize;
+        &self.kept[at(range.start)..at(range.end)]
+    }
+
+    /// The next index and its step statistic; none until more samples are there.
+    pub(crate) fn next_step(&mut self) -> Option<(u64, f64)> {
+        let (i, w) = (self.next, self.width);
+        if i + w > self.end() {
+            return None;
+        }
+        let at = |sample: u64| self.kept[(sample - self.base) as usize];
+        if i == w || i.is_multiple_of(SUMMED) {
+            self.before = self.samples(i - w..i).iter().sum();
+            self.after = self.samples(i..i + w).iter().sum();
+        } else {
+            self.before += at(i - 1) - at(i - 1 - w);
+            self.after += at(i + w - 1) - at(i - 1);
+        }
+        self.next += 1;
+        Some((i, self.after / w as f64 - self.before / w as f64))
+    }
+}
+
+/// Chooses the values from which the scatter follows.
+#[derive(Debug)]
+pub(crate) struct Values {
+    /// Where blocks of values begin that count; none if all do.
+    starts: Vec<u64>,
+    block: usize,
+    values: Vec<f64>,
+}
+
+/// Median and scatter of the step statistic, in units as stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scatter {
+    pub(crate) median: f64,
+    pub(crate) sigma: f64,
+    /// Whether events are too dense for the window: many values are far off, or the halves differ.
+    pub(crate) is_dense: bool,
+}
+
+impl Values {
+    /// Of a part with so many samples.
+    pub(crate) fn of(samples: u64, width: u64) -> Values {
+        let all = (samples + 1).saturating_sub(2 * width);
+        let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { 0 };
+        let blocks = if spread > 0 { BLOCKS } else { 0 };
+        let starts = (0..blocks).map(|block| width + block * spread / (BLOCKS - 1)).collect();
+        Values { starts, block: 0, values: Vec::new() }
+    }
+
+    /// Adds the value of the next index.
+    pub(crate) fn add(&mut self, index: u64, value: f64) {
+        if self.starts.get(self.block + 1).is_some_and(|next| index >= *next) {
+            self.block += 1;
+        }
+        if self.starts.get(self.block).is_none_or(|start| index - start < VALUES_OF_BLOCK) {
+            self.values.push(value);
+        }
+    }
+
+    pub(crate) fn scatter(self) -> Scatter {
+        /// Share of values beyond three scatters, and ratio of the scatters of both halves, of dense events.
+        const FAR_SHARE: f64 = 0.25;
+        const HALVES_RATIO: f64 = 2.0;
+        let Values { values, .. } = self;
+        let of = |values: &[f64], median: f64| {
+            let mut off: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
+            MAD_TO_SIGMA * self::median(&mut off)
+        };
+        let median = self::median(&mut values.clone());
+        let sigma = of(&values, median);
+        let far = values.iter().filter(|value| (*value - median).abs() > 3.0 * sigma).count();
+        let (first, last) = values.split_at(values.len() / 2);
+        let (first, last) = (of(first, median), of(last, median));
+        let is_dense = far as f64 > FAR_SHARE * values.len() as f64
+            || first > HALVES_RATIO * last
+            || last > HALVES_RATIO * first;
+        Scatter { median, sigma, is_dense: is_dense && sigma > 0.0 }
+    }
+}
+
+/// The median; NaN of nothing.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let is_odd = values.len() % 2 == 1;
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(*upper);
+    if is_odd { *upper } else { (lower + *upper) / 2.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Values, Window, median};
+
+    fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
+        let mut window = Window::new(width);
+        let mut found = Vec::new();
+        for block in samples.chunks(each) {
+            window.extend(block, u64::MAX);
+            found.extend(std::iter::from_fn(|| window.next_step()));
+        }
+        found
+    }
+
+    #[test]
+    fn a_step_is_the_same_to_the_bit_however_samples_are_read() {
+        let samples: Vec<f64> = (0..20_000).map(|n| f64::from(n * n % 1009) * 0.1).collect();
+        let whole = steps(&samples, 8, samples.len());
+        assert_eq!(whole.len(), 20_000 - 15);
+        for each in [1, 7, 4096] {
+            assert_eq!(steps(&samples, 8, each), whole);
+        }
+        let step: Vec<f64> = (0..40).map(|n| if n < 20 { 1.0 } else { 4.0 }).collect();
+        let largest = steps(&step, 4, 40).into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert_eq!(largest, (20, 3.0));
+    }
+
+    #[test]
+    fn of_a_long_part_256_blocks_count() {
+        let samples = (1 << 20) + 12_345;
+        let mut values = Values::of(samples, 32);
+        (32..=samples - 32).for_each(|index| values.add(index, index as f64));
+        assert_eq!(values.values.len(), 256 * 512);
+        let last = samples - 63 - 512;
+        for block in [0, 1, 100, 255] {
+            assert_eq!(values.values[block * 512], (32 + block as u64 * last / 255) as f64);
+        }
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_lies_between_two() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 2.5);
+    }
+}

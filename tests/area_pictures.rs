@@ -79,7 +79,10 @@ fn each_kind_is_drawn_of_a_log_with_the_same_bytes_each_time() {
     let blocks = refused(&sheet, "front-transient", &[], &out);
     assert!(blocks.contains("cover an area, and this figure follows blocks along a row"), "{blocks}");
     let key = refused(&sheet, "area-field", &["shows=speed"], &out);
-    assert!(key.contains("shows=speed: unknown variant `speed`, expected one of `stress`"), "{key}");
+    assert!(
+        key.contains("--set shows=speed is not accepted (accepted: stress, slip, velocity, normal-load)"),
+        "{key}"
+    );
 }
 
 /// A film's times are known only once the run has passed; a pipeline computes them as `draw` does.

@@ -264,7 +264,7 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
     // As `summary` marks them.
     let row = |key: &str| out.lines().find(|line| line.contains(key)).expect("a row");
     assert!(row("recurrence_steady_s").ends_with("  ~ one draw"), "{out}");
-    assert!(row("first_global_rupture_onset_s").ends_with(" %"), "{out}");
+    assert!(row("first_global_rupture_ft_fn").ends_with(" %"), "{out}");
 
     let (_, report) = json(&[text(&fine), text(&coarse)]);
     let pair = &report["runs"][0];

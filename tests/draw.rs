@@ -153,7 +153,7 @@ fn wrong_words_are_refused_at_once() {
             &["--kind", "stress", "--set", "at=1"],
             "--set at: figures of the kind stress have no such key (accepted: at_s, title, width_mm)",
         ),
-        (&["--kind", "stress", "--set", "at_s=soon"], "--set at_s=soon: invalid type"),
+        (&["--kind", "stress", "--set", "at_s=soon"], "--set at_s=soon is not accepted (accepted: a list)"),
         (&["-o", "one.png"], "--out one.png is one file, and several kinds are drawn"),
     ];
     for (words, says) in refused {

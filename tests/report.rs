@@ -638,10 +638,9 @@ fn a_sweep_has_a_page_with_its_runs() {
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
     assert_eq!(table.matches("<tr>").count(), 11, "headings and ten runs");
     // Columns of numbers have number headings, with or without a unit, and with the mark of what is not robust.
-    let why = "one draw of a chaotic series: compare statistics of several runs";
-    let marked = format!("precursor count <span title=\"{why}\">~</span>");
-    for heading in ["<i>θ</i>", &marked, "first global rupture onset (s)"] {
-        assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
+    let ratio = "first global rupture F<sub>T</sub>/F<sub>N</sub></th>";
+    for heading in ["<i>θ</i></th>", "precursor count <span title=\"one draw of a chaotic series: ", ratio] {
+        assert!(table.contains(&format!("class=\"number\">{heading}")), "{heading}: {table}");
     }
     assert!(!table.contains("status</th>") && !table.contains("reason</th>"));
     let page = out.join("logs/3.html");

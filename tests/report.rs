@@ -630,7 +630,6 @@ fn a_sweep_has_a_page_with_its_runs() {
     succeed(&["sweep", "collect", text(&out), "--quiet"]);
     let html = read(&out.join("report.html"));
     assert!(html.contains("<h1>Tilts</h1>") && html.contains("10 of 10 runs done"));
-    // As many values as are listed one by one.
     assert!(
         html.contains("-0.5, -0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 0.4") && html.contains("<i>θ</i>")
     );

@@ -520,7 +520,7 @@ fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
         one.lines().map(|line| line.split_whitespace().collect::<Vec<&str>>().join(" ")).collect();
     for line in [
         "First slip of the whole slider",
-        "first global rupture onset 3.1 s",
+        "# first global rupture onset 3.1 s",
         "first global rupture F_T/F_N 0.4",
         "~ precursor count 3",
         "~ recurrence steady 1 s",

@@ -30,6 +30,7 @@ __all__ = [
     "diff",
     "figures",
     "open",
+    "refine",
     "reproduce",
     "resume",
     "run",

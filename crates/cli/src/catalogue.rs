@@ -128,9 +128,9 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
         match read(path, number, *quick, board) {
             Ok((source, outcome)) => {
                 sources.push(source);
-                codes.push(exit::told(outcome));
+                codes.push(exit::reported(outcome));
             }
-            Err(failure) => codes.push(exit::told(Err(failure))),
+            Err(failure) => codes.push(exit::reported(Err(failure))),
         }
     }
     if !sources.is_empty() {

@@ -147,7 +147,7 @@ pub(crate) fn report(failure: &Failure) {
 }
 
 /// The code of an outcome; a failure is printed.
-pub(crate) fn told(outcome: Result<(), Failure>) -> Code {
+pub(crate) fn reported(outcome: Result<(), Failure>) -> Code {
     let Err(failure) = outcome else { return Code::Success };
     report(&failure);
     failure.code()

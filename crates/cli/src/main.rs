@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     let outcome = arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
     match outcome {
         Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),
-        outcome => exit::told(outcome).into(),
+        outcome => exit::reported(outcome).into(),
     }
 }
 

@@ -27,7 +27,7 @@ Examples:
 Examples:
   asperity recording validate out/recording.toml
 
-Reads all files once. Prints each stream with its parts, and warnings about
+Reads all files. Prints each stream with its parts, and warnings about
 channels that are clipped, dead, or coarser than their noise.")]
     Validate(RecordingFile),
     /// Find steps and load drops in a recording, and write them as a log.
@@ -98,10 +98,10 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let found = recording.detect().map_err(|error| failed(&error))?;
     found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
     let header = recording.header(&files);
-    let told = files
+    let described = files
         .into_iter()
         .map(|input| (input.path, format!("{} bytes, BLAKE3 {}", input.bytes, input.blake3)));
-    let inputs: BTreeMap<String, String> = told.collect();
+    let inputs: BTreeMap<String, String> = described.collect();
     let recorded = Recorded {
         header,
         toml: recording.description.text,

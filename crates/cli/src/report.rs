@@ -146,7 +146,7 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     let mut runs: Vec<Run> = Vec::new();
     let mut codes = Vec::new();
     for (path, (run, checked)) in of.iter().zip(found) {
-        codes.push(exit::told(verdict_exit::finish(path, &checked, board)));
+        codes.push(exit::reported(verdict_exit::finish(path, &checked, board)));
         runs.push(run);
     }
     let title = match runs.as_slice() {

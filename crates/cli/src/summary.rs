@@ -81,7 +81,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
             verdict_exit::finish(run, &checked, board)
         });
-        codes.push(exit::told(told));
+        codes.push(exit::reported(told));
     }
     Code::worst(codes).said()
 }

@@ -1,6 +1,5 @@
 //! Opens the files that a description names, in its folder and nowhere else.
 
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use crate::csv::Csv;
@@ -107,15 +106,8 @@ impl Folder {
     pub(crate) fn input(&self, named: &str) -> Result<Input, RecordingError> {
         let (path, shown) = self.inside(named)?;
         let mut file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
-        let (mut hasher, mut bytes, mut buffer) = (blake3::Hasher::new(), 0, vec![0; 1 << 16]);
-        loop {
-            let read = file.read(&mut buffer).map_err(RecordingError::io(&shown))?;
-            if read == 0 {
-                break;
-            }
-            hasher.update(&buffer[..read]);
-            bytes += read as u64;
-        }
+        let mut hasher = blake3::Hasher::new();
+        let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
         Ok(Input { path: named.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
 }

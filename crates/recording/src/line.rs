@@ -43,14 +43,14 @@ impl Line {
 mod tests {
     use super::Line;
 
-    /// By hand: slope 1.4, residuals 0.1, 0.3, -0.7... of y = 1, 3, 3, 6 at 10 to 13.
+    /// By hand: through 1, 3, 3 and 6 at 10 to 13 the line has the slope 1.5 and the values 1, 2.5, 4 and 5.5.
     #[test]
     fn a_line_has_the_error_of_a_regression() {
         let line = Line::through(10, &[1.0, 3.0, 3.0, 6.0]).unwrap();
         assert!((line.slope - 1.5).abs() < 1e-12);
         let (value, error) = line.at(14.0);
         assert!((value - 7.0).abs() < 1e-12);
-        // Residuals -0, 0.5, -1, 0.5 of 1, 2.5, 4, 5.5: variance 0.75; 1/4 + 2.5^2/5 of it.
+        // Residuals 0, 0.5, -1 and 0.5: the variance is 0.75; of it 1/4 + 2.5^2/5.
         assert!((error - (0.75f64 * 1.5).sqrt()).abs() < 1e-12, "{error}");
         assert!(Line::through(0, &[1.0; 3]).is_none());
     }

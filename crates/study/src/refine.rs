@@ -164,8 +164,9 @@ mod tests {
 
     use super::{resampled, study_of};
 
-    /// A refinement by its name: for each number its class as found, and its largest change.
-    type Stored = (&'static str, BTreeMap<String, (String, f64)>);
+    /// A refinement by its name: for each number its class as found, its largest change, and its values on the coarser
+    /// mesh, as given, and on the finer mesh.
+    type Stored = (&'static str, BTreeMap<String, (String, f64, [Option<f64>; 3])>);
 
     /// Refinements that `asperity refine` has made.
     fn stored() -> Vec<Stored> {
@@ -173,7 +174,8 @@ mod tests {
             let rows = text.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
             let found = rows.filter(|cells| !cells[8].is_empty()).map(|cells| {
                 let changes = cells[5..8].iter().map(|cell| cell.parse::<f64>().expect("it is a number"));
-                (cells[0].to_owned(), (cells[8].to_owned(), changes.fold(0.0, f64::max)))
+                let values = [1, 2, 3].map(|n| cells[n].parse().ok());
+                (cells[0].to_owned(), (cells[8].to_owned(), changes.fold(0.0, f64::max), values))
             });
             (name, found.collect())
         };
@@ -191,21 +193,31 @@ mod tests {
     #[test]
     fn classes_agree_with_what_refinements_find() {
         let stored = stored();
-        let mut checked = 0;
+        let (mut checked, mut converging) = (0, 0);
         for number in Number::all().filter(|number| number.is_of_summary()) {
             let of_number = stored.iter().filter_map(|(name, found)| Some((name, found.get(number.name())?)));
             let found: Vec<_> = of_number.collect();
             let robust = |class: &str| class == Convergence::Robust.word();
             if number.key.convergence == Convergence::Robust {
-                let other = found.iter().find(|(_, (class, _))| !robust(class));
+                let other = found.iter().find(|(_, (class, ..))| !robust(class));
                 assert_eq!(other, None, "{} is stated as robust", number.name());
-            } else if found.iter().any(|(name, (_, change))| **name == "default" && *change > 0.0) {
-                let is_justified = found.iter().any(|(_, (class, _))| !robust(class));
+            } else if found.iter().any(|(name, (_, change, _))| **name == "default" && *change > 0.0) {
+                let is_justified = found.iter().any(|(_, (class, ..))| !robust(class));
                 assert!(is_justified, "{} is robust everywhere: {found:?}", number.name());
+            }
+            // All refinements keep the decay length: what converges at that changes less and less.
+            for (name, (.., values)) in &found {
+                if let (Convergence::AtDecayLength, [Some(coarse), Some(given), Some(fine)]) =
+                    (number.key.convergence, values)
+                {
+                    let is_shrinking = (fine - given).abs() <= (given - coarse).abs();
+                    assert!(is_shrinking, "{} of {name}: {values:?}", number.name());
+                    converging += 1;
+                }
             }
             checked += found.len();
         }
-        assert!(checked > 200, "{checked}");
+        assert!(checked > 200 && converging >= 6, "{checked} {converging}");
     }
 
     #[test]

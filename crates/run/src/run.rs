@@ -17,7 +17,7 @@ use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
 use crate::log_target::LogTargetError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::self_check::ending;
-use crate::stream::{Given, Item, StreamError};
+use crate::stream::{Item, StreamError};
 
 /// Most bytes of checkpoints per second of computing, since long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
@@ -458,7 +458,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn next(&mut self) -> Result<Option<Given>, End> {
+    fn next(&mut self) -> Result<Option<Item>, End> {
         self.is_asked_to_stop |= (self.stop)();
         let stop = self.is_asked_to_stop;
         if let Some(again) = &mut self.again {
@@ -466,11 +466,11 @@ impl Source<'_> {
                 return Err(End::Stopped);
             }
             return match again.next_record().map_err(End::Log)? {
-                Some(record) => Ok(Some(Given::Record(record))),
+                Some(record) => Ok(Some(Item::Record(record))),
                 None => {
                     self.again = None;
                     self.before.resumed += 1;
-                    Ok(Some(Given::Checkpoint(self.checkpoint())))
+                    Ok(Some(Item::Checkpoint(self.checkpoint())))
                 }
             };
         }
@@ -482,7 +482,7 @@ impl Source<'_> {
             Some(checkpoints) if stop && !checkpoints.are_of_use() => return Err(End::Stopped),
             Some(checkpoints) if self.solver.is_between_records() && (stop || checkpoints.are_due()) => {
                 self.is_stopping = stop;
-                return Ok(Some(Given::Checkpoint(self.checkpoint())));
+                return Ok(Some(Item::Checkpoint(self.checkpoint())));
             }
             _ => {}
         }
@@ -490,7 +490,7 @@ impl Source<'_> {
             checkpoints.gone_on();
         }
         match self.solver.next_record_unless(&Stop::when(self.stop)) {
-            Ok(Next::Record(record)) => Ok(Some(Given::Record(record))),
+            Ok(Next::Record(record)) => Ok(Some(Item::Record(record))),
             Ok(Next::End) => Ok(None),
             Ok(Next::Stopped) if self.solver.is_between_records() => {
                 self.is_asked_to_stop = true;

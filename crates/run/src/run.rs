@@ -85,12 +85,6 @@ impl<'a> Task<'a> {
         Task { solver: solver.unwrap_or(self.solver), ..self }
     }
 
-    /// Runs everything on the calling thread.
-    #[must_use]
-    pub fn on_one_thread(self) -> Task<'a> {
-        Task { threads: Threads::One, ..self }
-    }
-
     /// Adds a custom detector.
     #[must_use]
     pub fn detect(mut self, detector: impl Detector + 'static) -> Task<'a> {

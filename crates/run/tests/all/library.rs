@@ -114,7 +114,7 @@ fn a_run_shows_the_same_with_a_log_and_without_and_on_one_thread() {
     assert!(bare.of(SlipEvent::TOPIC).len() > 20, "there is something to compare");
     let alone = folder.path().join("alone.mcap");
     let mut on_one_thread = Seen::ALL;
-    let task = Task::new(&scenario).log_to(LogTo::new(&alone)).on_one_thread();
+    let task = Task { threads: Threads::One, ..Task::new(&scenario) }.log_to(LogTo::new(&alone));
     let alone = run(task, Begin::Anew, NEVER, &mut on_one_thread).expect("it runs");
     assert_eq!(alone.end, outcome.end);
     assert_eq!(on_one_thread.records, with_log.records);

@@ -180,10 +180,9 @@ impl Settings {
     ///
     /// # Errors
     /// A byte offset and a description, if a value is not accepted.
-    pub fn parse(text: &str) -> Result<Settings, (usize, String)> {
+    pub fn parse(text: &str) -> Result<Settings, typed::Refused> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
-        let written: Written = typed::parse(text, "`asperity replay --help`")
-            .map_err(|typed::TypedError { at, problem }| (at, problem))?;
+        let written: Written = typed::parse(text, "`asperity replay --help`")?;
         let mut settings = Settings::default();
         if let Some(names) = written.detectors {
             let accepted = self::names().join(", ");

@@ -61,7 +61,7 @@ pub struct Report {
 }
 
 /// How far a log was exported.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Ran {
     /// The state of the log.
     pub state: &'static str,
@@ -186,7 +186,7 @@ impl Export {
         let manifest_path = self.manifest_path();
         let Export { header, scenario_toml, request, mut tables, outputs, files, .. } = self;
         let Chosen { from_s, to_s, .. } = request.chosen;
-        let &Ran { state, last_step, last_s, .. } = ran;
+        let &Ran { state, last_step, .. } = ran;
         let (mut entries, mut written) = (Vec::new(), Vec::new());
         for (table, output) in tables.tables().iter_mut().zip(outputs.into_iter().flatten()) {
             let rows = output.rows;
@@ -202,9 +202,8 @@ impl Export {
             }));
             written.extend(paths.into_iter().map(|path| (path, Some(rows))));
         }
-        let log = LogState { state, last_step, last_s, problem: ran.problem.as_deref() };
         let manifest =
-            Manifest { run: &header, scenario_toml: &scenario_toml, log, from_s, to_s, tables: entries };
+            Manifest { run: &header, scenario_toml: &scenario_toml, log: ran, from_s, to_s, tables: entries };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
         files.write_record(&manifest_path, manifest + "\n")?;
@@ -255,19 +254,11 @@ pub(crate) fn about(header: &RunHeader, source: Value) -> Vec<(String, String)> 
 #[derive(Serialize)]
 struct Manifest<'a> {
     run: &'a RunHeader,
-    log: LogState<'a>,
+    log: &'a Ran,
     from_s: Option<f64>,
     to_s: Option<f64>,
     tables: Vec<TableEntry>,
     scenario_toml: &'a str,
-}
-
-#[derive(Serialize)]
-struct LogState<'a> {
-    state: &'static str,
-    last_step: u64,
-    last_s: f64,
-    problem: Option<&'a str>,
 }
 
 #[derive(Serialize)]

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::format::{DAMAGED, Format};
 use crate::rows::NodeRows;
-use crate::run_tables::{ChoiceError, Chosen, RunTables};
+use crate::run_tables::{Chosen, RunTables};
 use crate::table::Table;
 use crate::table_files::TableFiles;
 
@@ -42,8 +42,8 @@ pub struct Request {
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// There is no such table.
-    #[error(transparent)]
-    Choice(#[from] ChoiceError),
+    #[error("{0}")]
+    Choice(String),
     /// A file cannot have its name, and none has been written; or a table cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -110,7 +110,8 @@ impl Export {
         kinds: &[EventKind],
         format: Format,
     ) -> Result<Export, ExportError> {
-        let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())?;
+        let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())
+            .map_err(ExportError::Choice)?;
         let name = |table: &Table| format!("{}.{}", request.name, table.file_part());
         let file = |table: &Table| request.out.join(format!("{}.{}", name(table), format.extension()));
         let paths: Vec<PathBuf> = tables.tables().iter().map(file).collect();

@@ -11,10 +11,9 @@ use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
 use asperity_simulator::{Counters, Next, SimulationError, Solver, SolverKind, Stop};
 
-use crate::detectors::{self, Settings, TopicError};
+use crate::detectors::{self, Settings};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
-use crate::log_target::LogTargetError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::self_check::ending;
 use crate::stream::{Item, StreamError};
@@ -207,14 +206,14 @@ pub enum RunError {
     #[error("failed to resume: {0}")]
     Log(#[from] LogError),
     /// The log's target must not be replaced.
-    #[error(transparent)]
-    LogTarget(#[from] LogTargetError),
+    #[error("{0}")]
+    LogTarget(String),
     /// The unfinished log cannot be resumed from.
     #[error(transparent)]
     Left(#[from] LeftError),
     /// A custom detector uses a topic that it must not.
-    #[error(transparent)]
-    Topic(#[from] TopicError),
+    #[error("{0}")]
+    Topic(String),
     /// The caller stopped the run. The log, if any, contains its records up to there.
     #[error(
         "interrupted{}",
@@ -263,7 +262,7 @@ pub fn run(
     let Task { scenario, solver, log, detectors: others, threads, .. } = task;
     let mut detectors = Settings::default().start(header, None).with_spring_factors(plan.spring_factors());
     others.into_iter().for_each(|detector| detectors.push(detector));
-    let kinds = detectors::kinds_of(&detectors)?;
+    let kinds = detectors::kinds_of(&detectors).map_err(RunError::Topic)?;
     let solver = solver.start(plan.clone());
     let mut source = Source {
         solver,

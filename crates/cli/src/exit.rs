@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::io;
 use std::num::NonZeroUsize;
-use std::process::ExitCode;
 
 use asperity_run::{Verdict, at_once};
 
@@ -78,12 +77,6 @@ impl Code {
     }
 }
 
-impl From<Code> for ExitCode {
-    fn from(code: Code) -> ExitCode {
-        ExitCode::from(code as u8)
-    }
-}
-
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -125,11 +118,6 @@ impl Failure {
             Failure::Failed(_) | Failure::Output(_) => Code::Failed,
             Failure::Said(code) => *code,
         }
-    }
-
-    /// Whether the reader of our output left, as `head` does.
-    pub(crate) fn is_broken_pipe(&self) -> bool {
-        matches!(self, Failure::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }
 }
 

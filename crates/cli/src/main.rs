@@ -54,10 +54,12 @@ fn main() -> ExitCode {
     // A missing resource ends the command only when it is needed.
     interrupt::outlive_the_file_size_limit();
     let outcome = arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
-    match outcome {
-        Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),
-        outcome => exit::reported(outcome).into(),
-    }
+    let code = match outcome {
+        // The reader of our output left, as `head` does.
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => exit::Code::Success,
+        outcome => exit::reported(outcome),
+    };
+    ExitCode::from(code as u8)
 }
 
 /// Parses the arguments; None if help, version or notices were requested and printed.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use asperity_files::ShortLines;
-use asperity_numbers::claim::{self, Judgement, ReadError};
+use asperity_numbers::claim::{self, Judgement};
 
 use crate::error::CompareError;
 use crate::report::ClaimChange;
@@ -35,8 +35,8 @@ pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, Compar
 
 /// The judgements of a table, those of the second runs of a claim as claims of their own.
 fn judgements(path: &Path) -> Result<BTreeMap<ClaimKey, Judgement>, CompareError> {
-    let failed = |error: ReadError| CompareError::Input(format!("{}: {error}", path.display()));
-    let file = asperity_files::open(path).map_err(|error| failed(csv::Error::from(error).into()))?;
+    let failed = |error: String| CompareError::Input(format!("{}: {error}", path.display()));
+    let file = asperity_files::open(path).map_err(|error| failed(error.to_string()))?;
     let mut found = BTreeMap::new();
     for claim in claim::read(ShortLines::of(file)).map_err(failed)? {
         let key = |which: &str| {

@@ -156,10 +156,9 @@ impl Policy {
     /// # Errors
     /// The first thing wrong in it, with file, line, column, key, value and the accepted values.
     pub fn parse(origin: &str, text: &str) -> Result<Policy, String> {
-        let read = check_toml(text).map_err(|too_long| (0, too_long.to_string())).and_then(|()| {
-            let written = typed::parse(text, "docs/diff.md");
-            Policy::of(written.map_err(|typed::TypedError { at, problem }| (at, problem))?)
-        });
+        let read = check_toml(text)
+            .map_err(|too_long| (0, too_long.to_string()))
+            .and_then(|()| Policy::of(typed::parse(text, "docs/diff.md")?));
         read.map_err(|(at, problem)| format!("{origin}:{}: {problem}", Lines::of(text).place(text, at)))
     }
 

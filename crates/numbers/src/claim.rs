@@ -97,51 +97,27 @@ pub fn columns(claims: &[Claim]) -> Vec<ClaimColumn> {
     own.into_iter().chain(as_stated.into_iter().filter(|_| has_second)).collect()
 }
 
-/// A table of claims that cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// Not CSV, or the system refused.
-    #[error(transparent)]
-    Csv(#[from] csv::Error),
-    /// A heading that is not of claims.
-    #[error("there is no column {0} (accepted: a table of claims)")]
-    NoColumn(&'static str),
-    /// A cell that is no number, or none of the words of its column.
-    #[error("line {line}: {column}: {value:?} is not accepted (accepted: {accepted})")]
-    Cell {
-        /// The line, the heading's being 1.
-        line: u64,
-        /// The column.
-        column: &'static str,
-        /// The cell.
-        value: String,
-        /// What it may be.
-        accepted: String,
-    },
-}
-
 /// The columns by which a table of claims is recognised.
 const NEEDED: [&str; 8] = ["about", "of", "run", "quote", "measure", "ours", "verdict", "kind"];
 
 /// Reads a table of claims. Cells of columns that it lacks are empty.
 ///
 /// # Errors
-/// If it is no such table.
-pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
+/// A message, if it is no such table.
+pub fn read(source: impl Read) -> Result<Vec<Claim>, String> {
     let mut reader = csv::Reader::from_reader(source);
-    let headings = reader.headers()?.clone();
+    let said = |error: csv::Error| error.to_string();
+    let headings = reader.headers().map_err(said)?.clone();
     let place = |column: &str| headings.iter().position(|name| name == column);
     if let Some(column) = NEEDED.into_iter().find(|column| place(column).is_none()) {
-        return Err(ReadError::NoColumn(column));
+        return Err(format!("there is no column {column} (accepted: a table of claims)"));
     }
     let claim = |row: csv::StringRecord| {
         let cell = |column| place(column).and_then(|place| row.get(place)).unwrap_or_default();
         let text = |column| cell(column).to_owned();
-        let refused = |column, accepted: &str| ReadError::Cell {
-            line: row.position().map_or(0, csv::Position::line),
-            column,
-            value: cell(column).to_owned(),
-            accepted: accepted.to_owned(),
+        let refused = |column, accepted: &str| {
+            let line = row.position().map_or(0, csv::Position::line);
+            format!("line {line}: {column}: {:?} is not accepted (accepted: {accepted})", cell(column))
         };
         let number = |column| match cell(column) {
             "" => Ok(None),
@@ -152,7 +128,7 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
             found.ok_or_else(|| refused(column, &words.join(", ")))
         };
         let judgement = |[ours, error, rule, verdict]: [&'static str; 4]| {
-            Ok::<_, ReadError>(Judgement {
+            Ok::<_, String>(Judgement {
                 ours: number(ours)?,
                 error: number(error)?,
                 rule: text(rule),
@@ -175,7 +151,7 @@ pub fn read(source: impl Read) -> Result<Vec<Claim>, ReadError> {
             as_stated: (!cell(second[3]).is_empty()).then(|| judgement(second)).transpose()?,
         })
     };
-    reader.records().map(|row| claim(row?)).collect()
+    reader.records().map(|row| claim(row.map_err(said)?)).collect()
 }
 
 #[cfg(test)]

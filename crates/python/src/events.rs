@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asperity_numbers::RuptureGrowth;
 use asperity_record::{Arrival, Cell, EventPayload, GlobalSlip, Onset, Parts, Reach, Rupture, SlipEvent};
 use asperity_run::detectors::event_kinds;
-use asperity_tables::run_tables::{ChoiceError, Chosen, RunTables};
+use asperity_tables::run_tables::{Chosen, RunTables};
 use asperity_tables::table;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -37,7 +37,7 @@ pub(crate) fn begin(schemas: &BTreeMap<&str, &str>, parts: Parts) -> RunTables {
         let topics = all.tables().iter().map(|table| table.name.to_string());
         with(topics.filter(|topic| topic.starts_with("/events/")).collect())
     };
-    begin().unwrap_or_else(|error: ChoiceError| unreachable!("all chosen topics have tables: {error}"))
+    begin().unwrap_or_else(|error: String| unreachable!("all chosen topics have tables: {error}"))
 }
 
 /// The name of the table of precursors, which are no topic of a log.

@@ -184,7 +184,7 @@ impl Field {
 pub(crate) fn nodes(py: Python<'_>, source: &Source, t: f64) -> PyResult<Nodes> {
     let state = source.nodes(py, &[t])?.pop().ok_or_else(|| refused("no time"))?;
     if state.lattice.as_chain().is_some() {
-        return Err(of_states(StatesError::Chain));
+        return Err(of_states(StatesError::of_chain()));
     }
     let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = state;
     let mut shape = vec![lattice.axes(), lattice.rows, lattice.lanes, lattice.columns];

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::scenario::text::{self, Lines};
-use asperity_model::scenario::typed::{self, TypedError};
+use asperity_model::scenario::typed;
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::check_toml;
 use serde::Deserialize;
@@ -415,8 +415,7 @@ impl Description {
     pub fn parse(file: &Path, text: &str) -> Result<Description, RecordingError> {
         let read = || -> Result<Description, Refused> {
             check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
-            let written = typed::parse(text, "`asperity recording show`");
-            resolve(file, text, written.map_err(|TypedError { at, problem }| (at, problem))?)
+            resolve(file, text, typed::parse(text, "`asperity recording show`")?)
         };
         read().map_err(|(at, problem)| RecordingError::Description {
             file: file.to_owned(),

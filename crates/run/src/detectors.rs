@@ -4,8 +4,7 @@
 //! A live run uses them all, with rules that drop no events; a settings file can choose among them
 //! for a replay.
 
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use asperity_detect::{Detector, Detectors, SlipRules};
@@ -80,26 +79,18 @@ pub fn of_plan(plan: &Plan) -> Detectors {
     detectors.with_spring_factors(plan.spring_factors())
 }
 
-/// A topic that a detector must not use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum TopicError {
-    /// Another detector uses it.
-    #[error("two detectors emit {0} (accepted: a topic of its own for each)")]
-    Twice(&'static str),
-    /// Readers would not recognise its messages as events.
-    #[error("a detector emits {0} (accepted: a topic that begins with /events/)")]
-    NoEvents(&'static str),
-}
-
 /// The kinds of events that the detectors of one run emit.
-pub(crate) fn kinds_of(detectors: &Detectors) -> Result<Vec<EventKind>, TopicError> {
+///
+/// # Errors
+/// A message, if another detector uses a topic, or readers would not recognise its messages as events.
+pub(crate) fn kinds_of(detectors: &Detectors) -> Result<Vec<EventKind>, String> {
     let kinds: Vec<EventKind> = detectors.kinds().collect();
     for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
         if !topic.starts_with("/events/") {
-            return Err(TopicError::NoEvents(topic));
+            return Err(format!("a detector emits {topic} (accepted: a topic that begins with /events/)"));
         }
         if kinds[..number].iter().any(|other| other.topic == *topic) {
-            return Err(TopicError::Twice(topic));
+            return Err(format!("two detectors emit {topic} (accepted: a topic of its own for each)"));
         }
     }
     Ok(kinds)
@@ -141,38 +132,18 @@ struct Written {
     link_time_ratio: Option<Spanned<f64>>,
 }
 
-/// An invalid settings file.
-#[derive(Debug, thiserror::Error)]
-pub struct SettingsError {
-    /// The file.
-    pub file: PathBuf,
-    /// Line and column, for a file that could be read.
-    pub place: Option<String>,
-    /// The error, and the accepted values.
-    pub problem: String,
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SettingsError { file, place, problem } = self;
-        match place {
-            Some(place) => write!(f, "{}:{place}: {problem}", file.display()),
-            None => write!(f, "{}: {problem}", file.display()),
-        }
-    }
-}
-
 impl Settings {
     /// Reads a settings file; keys that it omits have the values of a live run.
     ///
     /// # Errors
-    /// If it cannot be read or contains a value that is not accepted.
-    pub fn read(file: &Path) -> Result<Settings, SettingsError> {
-        let error = |place, problem| SettingsError { file: file.to_owned(), place, problem };
+    /// A message with file, line and column, if it cannot be read or contains a value that is not accepted.
+    pub fn read(file: &Path) -> Result<Settings, String> {
+        let name = file.display();
         let text =
-            text::read(file).map_err(|problem| error(None, format!("{problem} (accepted: a TOML file)")))?;
+            text::read(file).map_err(|problem| format!("{name}: {problem} (accepted: a TOML file)"))?;
         Settings::parse(&text).map_err(|(place, problem)| {
-            error(Some(Lines::of(&text).place(&text, place).to_string()), problem)
+            let place = Lines::of(&text).place(&text, place);
+            format!("{name}:{place}: {problem}")
         })
     }
 
@@ -180,10 +151,9 @@ impl Settings {
     ///
     /// # Errors
     /// A byte offset and a description, if a value is not accepted.
-    pub fn parse(text: &str) -> Result<Settings, (usize, String)> {
+    pub fn parse(text: &str) -> Result<Settings, typed::Refused> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
-        let written: Written = typed::parse(text, "`asperity replay --help`")
-            .map_err(|typed::TypedError { at, problem }| (at, problem))?;
+        let written: Written = typed::parse(text, "`asperity replay --help`")?;
         let mut settings = Settings::default();
         if let Some(names) = written.detectors {
             let accepted = self::names().join(", ");

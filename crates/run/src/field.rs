@@ -147,7 +147,13 @@ impl Field {
 
 /// Refuses a quantity that contacts in a single row do not have.
 fn there_is(quantity: Quantity, contacts: Contacts) -> Result<(), StatesError> {
-    if quantity.is_across() && !contacts.is_area() { Err(StatesError::SingleRow) } else { Ok(()) }
+    match quantity.is_across() && !contacts.is_area() {
+        true => Err(StatesError::Refused(
+            "contacts in a single row do not move across (accepted: a run over an area, of slider.across above 1)"
+                .to_owned(),
+        )),
+        false => Ok(()),
+    }
 }
 
 fn is_in(plan: &Plan, span: Span, last_step: u64) -> Result<(), StatesError> {
@@ -155,11 +161,12 @@ fn is_in(plan: &Plan, span: Span, last_step: u64) -> Result<(), StatesError> {
         return Ok(());
     }
     let time_s = |step| plan.grid.time_s(step);
-    Err(StatesError::Empty {
-        from_s: time_s(span.from_step),
-        to_s: time_s(span.to_step),
-        last_s: time_s(last_step),
-    })
+    Err(StatesError::Refused(format!(
+        "no step of the run is from {} s to {} s (accepted: a range in 0 to {} s)",
+        time_s(span.from_step),
+        time_s(span.to_step),
+        time_s(last_step)
+    )))
 }
 
 fn compute(

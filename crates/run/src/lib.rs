@@ -73,7 +73,7 @@ pub use field::{Field, Quantity, Span};
 pub use forecast::{Forecast, LogEstimate};
 pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
-pub use log_target::{LogTargetError, OtherRun};
+pub use log_target::OtherRun;
 pub use nodes::Nodes;
 pub use open_log::{OpenLog, Reading, Unread, read_once};
 pub use recorded::Recorded;

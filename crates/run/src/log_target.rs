@@ -5,17 +5,6 @@ use std::path::{Path, PathBuf};
 use asperity_record::RunHeader;
 use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, must_be_ours, partial_path};
 
-/// The target contains something that must not be replaced.
-#[derive(Debug, thiserror::Error)]
-pub enum LogTargetError {
-    /// It is not a run log, or the system cannot read it.
-    #[error("{0}; it is not replaced (accepted: another folder)")]
-    Foreign(LogError),
-    /// It is the log of another run, which may have taken hours.
-    #[error("{0}; it is not replaced (accepted: another folder, or --fresh)")]
-    OtherRun(#[from] OtherRun),
-}
-
 /// A log is of another run than required.
 #[derive(Debug, thiserror::Error)]
 #[error("{} is of another {what}, {found}, not {wanted}", log.display())]
@@ -106,8 +95,12 @@ pub(crate) const CODE_VERSION: Part = ("code version", |header| &header.code_ver
 pub(crate) const RUN_ID: Part = ("run", |header| &header.run_id);
 
 /// Checks that a path and its [`partial_path`] may be replaced: they are free, or contain a log of the same
-/// scenario and solver, or, with `fresh`, of any run.
-pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), LogTargetError> {
+/// scenario and solver, or, with `fresh`, of any run. Another run may have taken hours.
+///
+/// # Errors
+/// A message, if one contains anything else, or the system cannot read it.
+pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), String> {
+    let foreign = |error: LogError| format!("{error}; it is not replaced (accepted: another folder)");
     for path in [&partial_path(log), log] {
         match RunReader::open(path, Topics::NONE) {
             Err(LogError {
@@ -115,12 +108,14 @@ pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), L
                 ..
             }) => {}
             Err(error) if error.problem.is_no_run_log() || matches!(error.problem, LogProblem::Io(_)) => {
-                return Err(LogTargetError::Foreign(error));
+                return Err(foreign(error));
             }
             // Damaged before its header.
-            Err(_) => must_be_ours(path).map_err(LogTargetError::Foreign)?,
+            Err(_) => must_be_ours(path).map_err(foreign)?,
             Ok(reader) if !fresh => {
-                OtherRun::unless_same(path, reader.header(), wanted, &[SCENARIO, SOLVER])?;
+                OtherRun::unless_same(path, reader.header(), wanted, &[SCENARIO, SOLVER]).map_err(
+                    |other| format!("{other}; it is not replaced (accepted: another folder, or --fresh)"),
+                )?;
             }
             Ok(_) => {}
         }

@@ -66,7 +66,7 @@ impl Nodes {
     /// # Errors
     /// If there are not.
     pub fn of_lattice(self) -> Result<Nodes, StatesError> {
-        if self.plan.elastic.as_chain().is_some() { Err(StatesError::Chain) } else { Ok(self) }
+        if self.plan.elastic.as_chain().is_some() { Err(StatesError::of_chain()) } else { Ok(self) }
     }
 
     /// The steps nearest to the times, ascending.

@@ -82,7 +82,7 @@ impl OpenLog {
     /// If it is invalid or of another run.
     pub(crate) fn self_check(&mut self, is_ours: bool) -> Result<Option<Plan>, SelfCheckProblem> {
         match self.scenario.take() {
-            Some(Err(errors)) if is_ours || errors.lack_values() => Err(SelfCheckProblem::Scenario(errors)),
+            Some(Err(errors)) if is_ours || errors.lack_values() => Err(SelfCheckProblem::scenario(&errors)),
             Some(Ok(scenario)) if is_ours => {
                 let plan = Plan::new(&scenario);
                 self_check::agree(self.header(), self.scenario_toml(), &scenario, &plan)?;

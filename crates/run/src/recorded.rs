@@ -10,7 +10,7 @@ use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
 use crate::detectors::Settings;
 use crate::header::{CODE_VERSION, run_id};
-use crate::stream::{Given, Item, StreamError, run_in_turn};
+use crate::stream::{Item, StreamError, run_in_turn};
 
 /// A recording that has been read.
 #[derive(Debug)]
@@ -53,13 +53,13 @@ impl Recorded {
             if let Some(drop) =
                 drops.next_if(|drop| last >= Some(time_grid.nearest_step(drop.end_s)) || next == u64::MAX)
             {
-                return Ok::<_, Infallible>(Some(Given::Event(Event::new(drop))));
+                return Ok::<_, Infallible>(Some(Item::Event(Event::new(drop))));
             }
             if let Some(noise) = noise.next_if(|noise| noise.step < next) {
-                return Ok(Some(Given::Record(Record::Row(Row::new(noise)))));
+                return Ok(Some(Item::Record(Record::Row(Row::new(noise)))));
             }
             last = Some(next);
-            Ok(records.next().map(|record| Given::Record(Record::Step(record))))
+            Ok(records.next().map(|record| Item::Record(Record::Step(record))))
         };
         let written = run_in_turn(source, detectors, |item| match item {
             Item::Record(record) => writer.record(&record),

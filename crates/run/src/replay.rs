@@ -10,7 +10,7 @@ use asperity_detect::{Detector, Detectors};
 use asperity_record::{Event, EventKind, EventPayload, Observer, Record, RunHeader, SlipEvent};
 
 use crate::check::Checked;
-use crate::detectors::{Settings, TopicError, kinds_of};
+use crate::detectors::{Settings, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::open_log::OpenLog;
 
@@ -52,8 +52,8 @@ pub enum ReplayError {
     #[error("{0}")]
     Log(Box<Checked>),
     /// A custom detector uses a topic that it must not.
-    #[error(transparent)]
-    Topic(#[from] TopicError),
+    #[error("{0}")]
+    Topic(String),
     /// The caller stopped it.
     #[error("stopped")]
     Stopped,
@@ -95,7 +95,7 @@ impl Replay {
     /// If the log is incomplete, a detector uses a topic that it must not, or the caller stops the replay.
     pub fn run(self, stop: &dyn Fn() -> bool, observer: &mut dyn Observer) -> Result<Replayed, ReplayError> {
         let Replay { log, detectors, compares, are_of_check } = self;
-        kinds_of(&detectors)?;
+        kinds_of(&detectors).map_err(ReplayError::Topic)?;
         let (observer, slip_events) = (RefCell::new(observer), Cell::new(0));
         let mut tell = |event: Event| {
             slip_events.set(slip_events.get() + u64::from(event.topic() == SlipEvent::TOPIC));

@@ -9,8 +9,6 @@
 //! those that the switches before it leave detached, which detectors rely on. Only `check --again`
 //! of the finished log verifies that the records lead to it.
 
-use std::path::PathBuf;
-
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, Direction, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
@@ -98,17 +96,8 @@ pub enum LeftError {
     #[error("{0} (accepted: the scenario, solver and program it was begun with, or another log)")]
     OtherRun(#[from] OtherRun),
     /// Its checkpoint does not belong to this run.
-    #[error(
-        "{}: its last checkpoint is not a state of this run: {problem}; remove the file to start from the \
-         beginning",
-        log.display()
-    )]
-    NoState {
-        /// The log.
-        log: PathBuf,
-        /// The mismatch.
-        problem: String,
-    },
+    #[error("{0}")]
+    NoState(String),
 }
 
 impl Left {
@@ -149,7 +138,13 @@ impl Left {
         }
         let Some(state) = reader.checkpoint() else { return Ok(Left::Nothing) };
         let log = unfinished.partial_path();
-        let refused = |problem| Err(LeftError::NoState { log, problem });
+        let refused = |problem: String| {
+            Err(LeftError::NoState(format!(
+                "{}: its last checkpoint is not a state of this run: {problem}; remove the file to start from the \
+                 beginning",
+                log.display()
+            )))
+        };
         let saved: Box<Saved> = match serde_json::from_str(state) {
             Ok(saved) => saved,
             Err(error) => return refused(error.to_string()),

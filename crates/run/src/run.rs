@@ -11,13 +11,12 @@ use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
 use asperity_simulator::{Counters, Next, SimulationError, Solver, SolverKind, Stop};
 
-use crate::detectors::{self, Settings, TopicError};
+use crate::detectors::{self, Settings};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
-use crate::log_target::LogTargetError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::self_check::ending;
-use crate::stream::{Given, Item, StreamError};
+use crate::stream::{Item, StreamError};
 
 /// Most bytes of checkpoints per second of computing, since long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
@@ -83,12 +82,6 @@ impl<'a> Task<'a> {
     #[must_use]
     pub fn solved_by(self, solver: Option<SolverKind>) -> Task<'a> {
         Task { solver: solver.unwrap_or(self.solver), ..self }
-    }
-
-    /// Runs everything on the calling thread.
-    #[must_use]
-    pub fn on_one_thread(self) -> Task<'a> {
-        Task { threads: Threads::One, ..self }
     }
 
     /// Adds a custom detector.
@@ -213,14 +206,14 @@ pub enum RunError {
     #[error("failed to resume: {0}")]
     Log(#[from] LogError),
     /// The log's target must not be replaced.
-    #[error(transparent)]
-    LogTarget(#[from] LogTargetError),
+    #[error("{0}")]
+    LogTarget(String),
     /// The unfinished log cannot be resumed from.
     #[error(transparent)]
     Left(#[from] LeftError),
     /// A custom detector uses a topic that it must not.
-    #[error(transparent)]
-    Topic(#[from] TopicError),
+    #[error("{0}")]
+    Topic(String),
     /// The caller stopped the run. The log, if any, contains its records up to there.
     #[error(
         "interrupted{}",
@@ -269,7 +262,7 @@ pub fn run(
     let Task { scenario, solver, log, detectors: others, threads, .. } = task;
     let mut detectors = Settings::default().start(header, None).with_spring_factors(plan.spring_factors());
     others.into_iter().for_each(|detector| detectors.push(detector));
-    let kinds = detectors::kinds_of(&detectors)?;
+    let kinds = detectors::kinds_of(&detectors).map_err(RunError::Topic)?;
     let solver = solver.start(plan.clone());
     let mut source = Source {
         solver,
@@ -458,7 +451,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn next(&mut self) -> Result<Option<Given>, End> {
+    fn next(&mut self) -> Result<Option<Item>, End> {
         self.is_asked_to_stop |= (self.stop)();
         let stop = self.is_asked_to_stop;
         if let Some(again) = &mut self.again {
@@ -466,11 +459,11 @@ impl Source<'_> {
                 return Err(End::Stopped);
             }
             return match again.next_record().map_err(End::Log)? {
-                Some(record) => Ok(Some(Given::Record(record))),
+                Some(record) => Ok(Some(Item::Record(record))),
                 None => {
                     self.again = None;
                     self.before.resumed += 1;
-                    Ok(Some(Given::Checkpoint(self.checkpoint())))
+                    Ok(Some(Item::Checkpoint(self.checkpoint())))
                 }
             };
         }
@@ -482,7 +475,7 @@ impl Source<'_> {
             Some(checkpoints) if stop && !checkpoints.are_of_use() => return Err(End::Stopped),
             Some(checkpoints) if self.solver.is_between_records() && (stop || checkpoints.are_due()) => {
                 self.is_stopping = stop;
-                return Ok(Some(Given::Checkpoint(self.checkpoint())));
+                return Ok(Some(Item::Checkpoint(self.checkpoint())));
             }
             _ => {}
         }
@@ -490,7 +483,7 @@ impl Source<'_> {
             checkpoints.gone_on();
         }
         match self.solver.next_record_unless(&Stop::when(self.stop)) {
-            Ok(Next::Record(record)) => Ok(Some(Given::Record(record))),
+            Ok(Next::Record(record)) => Ok(Some(Item::Record(record))),
             Ok(Next::End) => Ok(None),
             Ok(Next::Stopped) if self.solver.is_between_records() => {
                 self.is_asked_to_stop = true;

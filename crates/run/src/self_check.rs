@@ -13,31 +13,19 @@ use crate::header::header;
 
 /// How a log contradicts its own scenario, or what every run has.
 #[derive(Debug, thiserror::Error)]
-pub enum SelfCheckProblem {
+#[error("{0}")]
+pub struct SelfCheckProblem(String);
+
+impl SelfCheckProblem {
     /// The scenario is invalid.
-    #[error("scenario.toml cannot be read: {0}")]
-    Scenario(ScenarioErrors),
-    /// The scenario is not that of the header.
-    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
-    OtherScenario {
-        /// The name of what differs.
-        key: String,
-        /// Its value in the header.
-        found: String,
-        /// Its value according to the scenario.
-        expected: String,
-    },
-    /// The scenario's text is not that which this program writes.
-    #[error("scenario.toml is not the text that this program writes for that scenario")]
-    Text,
-    /// The repeated run differs.
-    #[error("step {step}: the run, made again, {what}")]
-    Rerun {
-        /// The step.
-        step: u64,
-        /// What the repeated run does there.
-        what: String,
-    },
+    pub(crate) fn scenario(errors: &ScenarioErrors) -> SelfCheckProblem {
+        SelfCheckProblem(format!("scenario.toml cannot be read: {errors}"))
+    }
+
+    /// The repeated run differs at a step.
+    fn rerun(step: u64, what: &str) -> SelfCheckProblem {
+        SelfCheckProblem(format!("step {step}: the run, made again, {what}"))
+    }
 }
 
 /// Resolves a log's scenario, which must agree with the header, and derives the plan.
@@ -46,7 +34,7 @@ pub enum SelfCheckProblem {
 /// If the scenario is invalid or of another run.
 pub(crate) fn resolve(logged: &RunHeader, scenario_toml: &str) -> Result<(Scenario, Plan), SelfCheckProblem> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-    let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
+    let scenario = Scenario::resolve(&source).map_err(|errors| SelfCheckProblem::scenario(&errors))?;
     let plan = Plan::new(&scenario);
     agree(logged, scenario_toml, &scenario, &plan)?;
     Ok((scenario, plan))
@@ -70,12 +58,17 @@ pub(crate) fn agree(
     let keys = [&expected, &found].into_iter().filter_map(Value::as_object).flat_map(Map::keys);
     if let Some(key) = keys.into_iter().find(|key| expected[key.as_str()] != found[key.as_str()]) {
         let text = |values: &Value| values.get(key).map_or("none".to_owned(), Value::to_string);
-        let (key, found, expected) = (key.clone(), text(&found), text(&expected));
-        return Err(SelfCheckProblem::OtherScenario { key, found, expected });
+        return Err(SelfCheckProblem(format!(
+            "scenario.toml is of a run with {key} {}, metadata `run` says {}",
+            text(&expected),
+            text(&found)
+        )));
     }
     // The keys agree; what is derived from them, such as random offsets, must agree as well.
     if scenario.to_commented_toml() != scenario_toml {
-        return Err(SelfCheckProblem::Text);
+        return Err(SelfCheckProblem(
+            "scenario.toml is not the text that this program writes for that scenario".to_owned(),
+        ));
     }
     Ok(())
 }
@@ -109,7 +102,7 @@ impl Rerun {
                 break;
             }
         }
-        Err(SelfCheckProblem::Rerun { step: record.step(), what: "gives another record".to_owned() })
+        Err(SelfCheckProblem::rerun(record.step(), "gives another record"))
     }
 
     /// Checks that the run ends here with that status and, if it was `stopped`, for that reason.
@@ -119,19 +112,18 @@ impl Rerun {
     pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), SelfCheckProblem> {
         let what = match self.solver.next_record() {
             Ok(Some(more)) => {
-                let what = "gives an additional record".to_owned();
-                return Err(SelfCheckProblem::Rerun { step: more.step(), what });
+                return Err(SelfCheckProblem::rerun(more.step(), "gives an additional record"));
             }
-            Ok(None) if stopped.is_some() => "is not stopped".to_owned(),
+            Ok(None) if stopped.is_some() => "is not stopped",
             Ok(None) => match ending(&self.plan, &*self.solver) {
                 made if made == status => return Ok(()),
-                RunStatus::LoadNotReached => "does not reach the load that stops the drive".to_owned(),
-                _ => "waits for no load, or reaches it".to_owned(),
+                RunStatus::LoadNotReached => "does not reach the load that stops the drive",
+                _ => "waits for no load, or reaches it",
             },
             Err(error) if error.status() == status && stopped == Some(&error.to_string()) => return Ok(()),
-            Err(error) => format!("is stopped: {error}"),
+            Err(error) => &format!("is stopped: {error}"),
         };
-        Err(SelfCheckProblem::Rerun { step: self.solver.step(), what })
+        Err(SelfCheckProblem::rerun(self.solver.step(), what))
     }
 }
 

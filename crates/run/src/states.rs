@@ -10,7 +10,7 @@ use asperity_simulator::{Next, SimulationError, Snapshot, Solver, SolverKind, St
 
 use crate::header::CODE_VERSION;
 use crate::resume::Saved;
-use crate::self_check::{self, SelfCheckProblem};
+use crate::self_check;
 
 /// Why states of a run cannot be computed.
 #[derive(Debug, thiserror::Error)]
@@ -18,26 +18,6 @@ pub enum StatesError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The run is of a chain.
-    #[error(
-        "a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab, a sheet or a body)"
-    )]
-    Chain,
-    /// A component across the sliding direction was asked for, and contacts lie in a single row.
-    #[error(
-        "contacts in a single row do not move across (accepted: a run over an area, of slider.across above 1)"
-    )]
-    SingleRow,
-    /// Another code version made the run and would take other steps.
-    #[error(
-        "its states can only be computed by the code that made it, {found}, and this is {} (accepted: a run \
-         by this program)",
-        CODE_VERSION
-    )]
-    OtherCode {
-        /// The code version of the log.
-        found: String,
-    },
     /// A time outside the run.
     #[error("there is no state at {at_s} s (accepted: 0 to {last_s} s)")]
     Outside {
@@ -46,33 +26,26 @@ pub enum StatesError {
         /// The time of the last step in the log.
         last_s: f64,
     },
-    /// The scenario of the log contradicts its header.
-    #[error(transparent)]
-    Scenario(#[from] SelfCheckProblem),
-    /// A checkpoint does not belong to this run.
-    #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
-    NoState {
-        /// The step that the checkpoint claims.
-        step: u64,
-        /// The mismatch.
-        problem: String,
-    },
-    /// No step is requested.
-    #[error("no step of the run is from {from_s} s to {to_s} s (accepted: a range in 0 to {last_s} s)")]
-    Empty {
-        /// The beginning of the range.
-        from_s: f64,
-        /// Its end.
-        to_s: f64,
-        /// The time of the last step.
-        last_s: f64,
-    },
+    /// Nothing of the run is what was asked for, or this program cannot compute it: why.
+    #[error("{0}")]
+    Refused(String),
     /// The caller stopped it.
     #[error("stopped")]
     Interrupted,
     /// The solver stops before the requested time.
     #[error(transparent)]
     Stopped(#[from] SimulationError),
+}
+
+impl StatesError {
+    /// The run is of a chain.
+    pub fn of_chain() -> StatesError {
+        StatesError::Refused(
+            "a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab, a sheet or a \
+             body)"
+                .to_owned(),
+        )
+    }
 }
 
 /// The next record; none at the end.
@@ -98,9 +71,14 @@ pub(crate) fn kind(header: &RunHeader) -> SolverKind {
 /// If the log is of other code, or its scenario is of another run.
 pub(crate) fn resolve(header: &RunHeader, reader: &RunReader) -> Result<(Scenario, Plan), StatesError> {
     if header.code_version != CODE_VERSION {
-        return Err(StatesError::OtherCode { found: header.code_version.clone() });
+        return Err(StatesError::Refused(format!(
+            "its states can only be computed by the code that made it, {}, and this is {CODE_VERSION} (accepted: a run \
+             by this program)",
+            header.code_version
+        )));
     }
-    Ok(self_check::resolve(header, reader.scenario_toml())?)
+    self_check::resolve(header, reader.scenario_toml())
+        .map_err(|problem| StatesError::Refused(problem.to_string()))
 }
 
 /// The states that a solver of the plan can start from.
@@ -113,7 +91,9 @@ pub(crate) fn fitting(
 ) -> Result<BTreeMap<u64, Snapshot>, StatesError> {
     let fitting = saved.into_iter().map(|(step, saved)| match saved.fits(plan) {
         Ok(()) => Ok((step, saved.solver)),
-        Err(problem) => Err(StatesError::NoState { step, problem }),
+        Err(problem) => Err(StatesError::Refused(format!(
+            "the checkpoint at step {step} is not a state of this run: {problem}"
+        ))),
     });
     fitting.collect()
 }

@@ -20,7 +20,7 @@
 //!
 //! use asperity_detect::{Detectors, SlipRules};
 //! use asperity_record::{Energy, Record, StepRecord};
-//! use asperity_run::stream::{Given, Item};
+//! use asperity_run::stream::Item;
 //!
 //! let record = |step: u64| StepRecord {
 //!     step,
@@ -36,7 +36,7 @@
 //!     switches: Vec::new(),
 //! };
 //! let mut steps = 0..3;
-//! let source = || Ok::<_, Infallible>(steps.next().map(|step| Given::Record(Record::Step(record(step)))));
+//! let source = || Ok::<_, Infallible>(steps.next().map(|step| Item::Record(Record::Step(record(step)))));
 //! let mut seen = Vec::new();
 //! let sink = |item| {
 //!     if let Item::Record(Record::Step(record)) = item {
@@ -58,23 +58,13 @@ use asperity_detect::Detectors;
 use asperity_record::{Checkpoint, Event, Record};
 use crossbeam_channel::{Receiver, Sender, bounded};
 
-/// The output of a source.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Given {
-    /// For the detectors and the sink.
-    Record(Record),
-    /// For the sink alone.
-    Checkpoint(Checkpoint),
-    /// An event that the source itself found, for the sink alone.
-    Event(Event),
-}
-
-/// The input of the sink.
+/// What a source gives and the sink receives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
-    /// A record of the source.
+    /// A record, which the detectors see as well.
     Record(Record),
-    /// An event, right after the record that completed it.
+    /// An event: of the detectors, right after the record that completed it, or one that the source itself
+    /// found.
     Event(Event),
     /// A checkpoint, after the records that it includes and their events.
     Checkpoint(Checkpoint),
@@ -106,7 +96,7 @@ const CHANNEL_CAPACITY: usize = 64;
 /// The first failure of source, sink or thread creation. After a failure the detectors are not finished,
 /// since they would end events that a complete run would not have ended.
 pub fn run<SourceError, SinkError>(
-    mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
+    mut source: impl FnMut() -> Result<Option<Item>, SourceError> + Send,
     mut detectors: Detectors,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
 ) -> Result<(), StreamError<SourceError, SinkError>>
@@ -142,7 +132,7 @@ where
 /// # Errors
 /// The first failure of source or sink; the detectors are then not finished.
 pub fn run_in_turn<SourceError, SinkError>(
-    mut source: impl FnMut() -> Result<Option<Given>, SourceError>,
+    mut source: impl FnMut() -> Result<Option<Item>, SourceError>,
     mut detectors: Detectors,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
 ) -> Result<(), StreamError<SourceError, SinkError>> {
@@ -158,10 +148,10 @@ pub fn run_in_turn<SourceError, SinkError>(
 }
 
 /// The input of the detectors; none if the source is exhausted and did not fail.
-type Fed = Option<Given>;
+type Fed = Option<Item>;
 
 fn feed<E>(
-    source: &mut impl FnMut() -> Result<Option<Given>, E>,
+    source: &mut impl FnMut() -> Result<Option<Item>, E>,
     to_detectors: &Sender<Fed>,
 ) -> Result<(), E> {
     loop {
@@ -193,11 +183,11 @@ fn pass_on<E>(
     sink: &mut impl FnMut(Item) -> Result<(), E>,
 ) -> Result<(), E> {
     match fed {
-        Some(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
-        Some(Given::Event(event)) => sink(Item::Event(event))?,
-        Some(Given::Record(record)) => {
-            detectors.observe(&record, &mut |event| events.push(event));
-            sink(Item::Record(record))?;
+        Some(item) => {
+            if let Item::Record(record) = &item {
+                detectors.observe(record, &mut |event| events.push(event));
+            }
+            sink(item)?;
         }
         None => {
             detectors.finish(&mut |event| events.push(event));

@@ -9,7 +9,7 @@ use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
 use crate::log::LogTo;
-use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
+use crate::log_target::{self, OtherRun, SCENARIO, SOLVER};
 use crate::open_log::OpenLog;
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
@@ -83,13 +83,13 @@ impl Job {
     /// log of the same scenario and solver, or, with `fresh`, of any run.
     ///
     /// # Errors
-    /// If it contains anything else.
+    /// A message, if it contains anything else.
     pub fn check_log_target(
         &self,
         folder: &Path,
         solver: Option<SolverKind>,
         fresh: bool,
-    ) -> Result<(), LogTargetError> {
+    ) -> Result<(), String> {
         log_target::check(&self.log(folder), &self.header(solver), fresh)
     }
 
@@ -107,7 +107,7 @@ impl Job {
         stop: &(dyn Fn() -> bool + Sync),
         observer: &mut dyn Observer,
     ) -> Result<Outcome, RunError> {
-        self.check_log_target(folder, solver, fresh)?;
+        self.check_log_target(folder, solver, fresh).map_err(RunError::LogTarget)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { threads, ..Task::new(&self.scenario) }.solved_by(solver).log_to(log);

@@ -23,7 +23,7 @@ use crate::adaptive::equations::{DriveAndLoad, Equations, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::records::counters::Counters;
 use crate::records::pace::{Pace, Snapshot};
-use crate::records::recorder::Recorder;
+use crate::records::recorder::{Recorder, at_block};
 use crate::records::solver::{Next, SimulationError, Solver};
 use crate::records::stop::{Stop, steps_between_looks};
 
@@ -217,10 +217,12 @@ impl Adaptive {
                 return Err(self.overflow());
             }
             if self.passed.1 == MOST_STEPS {
-                return Err(SimulationError::Stalled {
-                    step: self.passed.0,
-                    time_step_s: plan.grid.step_s(),
-                });
+                return Err(SimulationError::Stalled(format!(
+                    "the adaptive solver took a million steps after step {} without passing the next multiple of \
+                     time.step_s = {:e} s (accepted: a shorter time.step_s, or a larger time.tolerance)",
+                    self.passed.0,
+                    plan.grid.step_s()
+                )));
             }
             self.passed.1 += 1;
             let error = self.rodas4.step(&mut self.equations, &self.begin, step_s);
@@ -299,13 +301,8 @@ impl Adaptive {
         let (_, friction_rate, ..) = self.begin.rates.parts();
         let rate = |n: &usize| friction_rate[*n].abs();
         let block = (0..self.plan.blocks).max_by(|a, b| rate(a).total_cmp(&rate(b))).unwrap_or(0);
-        SimulationError::NotFinite {
-            step: self.plan.grid.first_step_from(self.time_s.value()),
-            what: "the rate of friction",
-            block: block as u32 + 1,
-            displacement_m: self.slider.displacement_m[block],
-            velocity_m_per_s: self.slider.velocity_m_per_s[block],
-        }
+        let step = self.plan.grid.first_step_from(self.time_s.value());
+        at_block("the rate of friction", step, &self.slider, block)
     }
 
     /// Finds the crossings within the step that was taken last; at the start, the blocks above the event speed.

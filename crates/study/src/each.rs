@@ -1,11 +1,9 @@
 //! Tables that are written once for several: `each`.
 
+use asperity_model::scenario::typed::Refused;
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
-
-/// A refusal: the place in the text, and key, value and what is accepted.
-type Refused = (usize, String);
 
 /// Replaces every table of a list that has `each`, a list of tables, by one for each of these: with its own keys, those
 /// of the member before them, and the overrides `set` of both.

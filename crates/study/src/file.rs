@@ -90,13 +90,12 @@ impl Pipeline {
     /// Reads the text of a study, without checking what it speaks of.
     pub(crate) fn unchecked(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let mut file: Pipeline = typed::parse_prepared(text, LISTED_IN, each::write_out).map_err(
-            |typed::TypedError { at, problem }| {
+        let mut file: Pipeline =
+            typed::parse_prepared(text, LISTED_IN, each::write_out).map_err(|(at, problem)| {
                 let place = Lines::of(text).place(text, at);
                 let (line, column) = place.split_once(':').unwrap_or((&place, "1"));
                 format!("line {line}, column {column}: {problem}")
-            },
-        )?;
+            })?;
         let mut spell_out = SpellOut::new();
         file.run = spell_out.runs(&file.set, std::mem::take(&mut file.run))?;
         let mut names = BTreeSet::new();

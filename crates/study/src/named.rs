@@ -249,7 +249,7 @@ fn unmade(error: RunError, job: &Job, watcher: &dyn Watcher) -> StudyError {
         RunError::Left(LeftError::OtherRun(_)) | RunError::Write(WriteError::Foreign(_)) => {
             StudyError::Refused(told)
         }
-        RunError::LogTarget(error) => StudyError::Refused(error.to_string()),
+        RunError::LogTarget(error) => StudyError::Refused(error),
         RunError::Solver { .. } => StudyError::Refused(format!("--solver: {error}")),
         RunError::Write(WriteError::File(error)) => StudyError::File(error),
         _ => StudyError::Failed(told),

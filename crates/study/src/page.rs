@@ -275,10 +275,10 @@ pub fn claims_in(folder: &Path) -> Result<Vec<Claim>, StudyError> {
     if !table.is_file() {
         return Ok(Vec::new());
     }
-    let bad = |error: claim::ReadError| {
+    let bad = |error: String| {
         StudyError::Refused(format!("{}: {error} (accepted: the table of a study)", table.display()))
     };
-    let file = asperity_files::open(&table).map_err(|error| bad(csv::Error::from(error).into()))?;
+    let file = asperity_files::open(&table).map_err(|error| bad(error.to_string()))?;
     claim::read(ShortLines::of(file)).map_err(bad)
 }
 

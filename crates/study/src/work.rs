@@ -227,7 +227,7 @@ impl<'a> Making<'a> {
             ..LogTo::new(path)
         };
         // The other cores have runs of their own.
-        let task = Task { derived: Some(derived), ..Task::new(scenario) }.on_one_thread();
+        let task = Task { derived: Some(derived), threads: Threads::One, ..Task::new(scenario) };
         let task = if self.again { task } else { task.log_to(log) };
         let mut kept = Kept {
             label: (plan, row.run),

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::format::{DAMAGED, Format};
 use crate::rows::NodeRows;
-use crate::run_tables::{ChoiceError, Chosen, RunTables};
+use crate::run_tables::{Chosen, RunTables};
 use crate::table::Table;
 use crate::table_files::TableFiles;
 
@@ -42,8 +42,8 @@ pub struct Request {
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// There is no such table.
-    #[error(transparent)]
-    Choice(#[from] ChoiceError),
+    #[error("{0}")]
+    Choice(String),
     /// A file cannot have its name, and none has been written; or a table cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -61,7 +61,7 @@ pub struct Report {
 }
 
 /// How far a log was exported.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Ran {
     /// The state of the log.
     pub state: &'static str,
@@ -110,7 +110,8 @@ impl Export {
         kinds: &[EventKind],
         format: Format,
     ) -> Result<Export, ExportError> {
-        let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())?;
+        let mut tables = RunTables::new(header.parts(), event_schemas, kinds, request.chosen.clone())
+            .map_err(ExportError::Choice)?;
         let name = |table: &Table| format!("{}.{}", request.name, table.file_part());
         let file = |table: &Table| request.out.join(format!("{}.{}", name(table), format.extension()));
         let paths: Vec<PathBuf> = tables.tables().iter().map(file).collect();
@@ -186,7 +187,7 @@ impl Export {
         let manifest_path = self.manifest_path();
         let Export { header, scenario_toml, request, mut tables, outputs, files, .. } = self;
         let Chosen { from_s, to_s, .. } = request.chosen;
-        let &Ran { state, last_step, last_s, .. } = ran;
+        let &Ran { state, last_step, .. } = ran;
         let (mut entries, mut written) = (Vec::new(), Vec::new());
         for (table, output) in tables.tables().iter_mut().zip(outputs.into_iter().flatten()) {
             let rows = output.rows;
@@ -202,9 +203,8 @@ impl Export {
             }));
             written.extend(paths.into_iter().map(|path| (path, Some(rows))));
         }
-        let log = LogState { state, last_step, last_s, problem: ran.problem.as_deref() };
         let manifest =
-            Manifest { run: &header, scenario_toml: &scenario_toml, log, from_s, to_s, tables: entries };
+            Manifest { run: &header, scenario_toml: &scenario_toml, log: ran, from_s, to_s, tables: entries };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
         files.write_record(&manifest_path, manifest + "\n")?;
@@ -255,19 +255,11 @@ pub(crate) fn about(header: &RunHeader, source: Value) -> Vec<(String, String)> 
 #[derive(Serialize)]
 struct Manifest<'a> {
     run: &'a RunHeader,
-    log: LogState<'a>,
+    log: &'a Ran,
     from_s: Option<f64>,
     to_s: Option<f64>,
     tables: Vec<TableEntry>,
     scenario_toml: &'a str,
-}
-
-#[derive(Serialize)]
-struct LogState<'a> {
-    state: &'static str,
-    last_step: u64,
-    last_s: f64,
-    problem: Option<&'a str>,
 }
 
 #[derive(Serialize)]

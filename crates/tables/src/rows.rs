@@ -9,15 +9,6 @@ use asperity_record::{
 use crate::layout::{ArrayColumn, Cells, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
 use crate::table::Table;
 
-/// A record with an array that does not have one value per block.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("step {step}: a record of {topic} has arrays of {lengths:?} values (accepted: one length for all)")]
-pub(crate) struct Ragged {
-    topic: &'static str,
-    step: u64,
-    lengths: Vec<usize>,
-}
-
 /// Adds the rows of a state, one per block, which begin with the same cells and the block.
 fn blocks(
     table: &mut Table,
@@ -26,13 +17,15 @@ fn blocks(
     same: &[Cell],
     first_block: u32,
     arrays: Vec<ArrayColumn<'_>>,
-) -> Result<(), Ragged> {
+) -> Result<(), String> {
     // Values without a column are an error, as too few values are.
     let needed = arrays.iter().filter(|(_, values, is_there)| *is_there || values.len() > 0);
     let lengths: Vec<usize> =
         needed.map(|(_, values, is_there)| if *is_there { values.len() } else { 0 }).collect();
     if lengths.iter().any(|length| *length != lengths[0]) {
-        return Err(Ragged { topic, step, lengths });
+        return Err(format!(
+            "step {step}: a record of {topic} has arrays of {lengths:?} values (accepted: one length for all)"
+        ));
     }
     let rows = lengths[0];
     let same = same.iter().map(|cell| Box::new(repeat_n(cell.clone(), rows)) as Cells<'_>);
@@ -98,12 +91,12 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
     table.push(row);
 }
 
-pub(crate) fn fields(table: &mut Table, record: &FieldRecord, parts: StepParts) -> Result<(), Ragged> {
+pub(crate) fn fields(table: &mut Table, record: &FieldRecord, parts: StepParts) -> Result<(), String> {
     let same = [Cell::Step(record.step), Cell::Number(record.time_s)];
     blocks(table, FIELDS, record.step, &same, 1, fields_arrays(record, parts))
 }
 
-pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts) -> Result<(), Ragged> {
+pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts) -> Result<(), String> {
     let same = [
         Cell::Count(record.window),
         Cell::Step(record.step),

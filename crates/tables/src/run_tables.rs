@@ -30,40 +30,6 @@ pub struct Chosen {
     pub nodes: bool,
 }
 
-/// A choice that no table meets.
-#[derive(Debug, thiserror::Error)]
-pub enum ChoiceError {
-    /// A topic without a table.
-    #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
-    UnknownTopic {
-        /// The topic.
-        topic: String,
-        /// The topics with tables.
-        accepted: String,
-    },
-    /// Events that this program finds, but not the one that made the log.
-    #[error(
-        "the log holds no {topic}, since the program that made it did not find such events; `asperity replay` does \
-         (accepted: {accepted})"
-    )]
-    NotFoundThen {
-        /// The topic.
-        topic: String,
-        /// The topics with tables.
-        accepted: String,
-    },
-    /// No time lies between the bounds.
-    #[error(
-        "no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)"
-    )]
-    EmptyRange {
-        /// The lower bound.
-        from_s: f64,
-        /// The upper bound.
-        to_s: f64,
-    },
-}
-
 /// The tables of a run.
 pub struct RunTables {
     chosen: Chosen,
@@ -99,27 +65,31 @@ impl RunTables {
     /// log.
     ///
     /// # Errors
-    /// If a chosen topic has no table, or no time is chosen.
+    /// A message, if a chosen topic has no table, or no time is chosen.
     pub fn new(
         of_run: Parts,
         event_schemas: &BTreeMap<&str, &str>,
         kinds: &[EventKind],
         chosen: Chosen,
-    ) -> Result<RunTables, ChoiceError> {
+    ) -> Result<RunTables, String> {
         let (from_s, to_s) = (chosen.from_s.unwrap_or(0.0), chosen.to_s.unwrap_or(f64::INFINITY));
         // Written so that NaN bounds are refused.
         if !(from_s >= 0.0 && from_s < to_s) {
-            return Err(ChoiceError::EmptyRange { from_s, to_s });
+            return Err(format!(
+                "no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)"
+            ));
         }
         let mut tables = tables(of_run, event_schemas, kinds);
         tables.extend(chosen.nodes.then(|| nodes_table(&[0, 2])));
         for topic in &chosen.topics {
             if !tables.iter().any(|table| table.name == *topic) {
                 let accepted = tables.iter().map(|table| &*table.name).collect::<Vec<_>>().join(", ");
-                let topic = topic.clone();
                 return Err(match kinds.iter().any(|kind| kind.topic == topic) {
-                    true => ChoiceError::NotFoundThen { topic, accepted },
-                    false => ChoiceError::UnknownTopic { topic, accepted },
+                    true => format!(
+                        "the log holds no {topic}, since the program that made it did not find such events; \
+                         `asperity replay` does (accepted: {accepted})"
+                    ),
+                    false => format!("no table is made of the topic {topic:?} (accepted: {accepted})"),
                 });
             }
         }
@@ -224,13 +194,13 @@ impl RunTables {
                     found
                 });
                 if let Some(table) = self.table(FIELDS, record.time_s) {
-                    rows::fields(table, record, parts).map_err(|ragged| ragged.to_string())?;
+                    rows::fields(table, record, parts)?;
                 }
             }
             Record::Window(record) => {
                 let of_run = StepParts { area: self.of_run.area, ..StepParts::default() };
                 if let Some(table) = self.table(WINDOW, record.time_s) {
-                    rows::window(table, record, of_run).map_err(|ragged| ragged.to_string())?;
+                    rows::window(table, record, of_run)?;
                 }
             }
             Record::Row(row) => self.take_event(&row.values)?,

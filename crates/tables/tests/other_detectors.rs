@@ -11,7 +11,7 @@ use asperity_record::{
 use asperity_run::OpenLog;
 use asperity_runlog::{Content, RunWriter};
 use asperity_tables::format::{DAMAGED, Format};
-use asperity_tables::run_tables::{ChoiceError, Chosen};
+use asperity_tables::run_tables::Chosen;
 use asperity_tables::{Export, ExportError, Report, Request};
 use asperity_testkit::{quiet_step, run_header};
 
@@ -149,9 +149,15 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     let kinds = [EventKind::of::<Onset>()];
     let request = |topic| request(folder.path(), &[topic]);
     let Err(error) = begin(&log, request("/events/none"), &kinds) else { panic!("there are none") };
-    assert!(matches!(error, ExportError::Choice(ChoiceError::UnknownTopic { .. })), "{error}");
+    assert!(
+        matches!(&error, ExportError::Choice(said) if said.starts_with("no table is made of the topic")),
+        "{error}"
+    );
     let Err(error) = begin(&log, request("/events/onset"), &kinds) else { panic!("there are none") };
-    assert!(matches!(error, ExportError::Choice(ChoiceError::NotFoundThen { .. })), "{error}");
+    assert!(
+        matches!(&error, ExportError::Choice(said) if said.starts_with("the log holds no /events/onset, since")),
+        "{error}"
+    );
     assert!(
         error
             .to_string()

@@ -77,42 +77,9 @@ pub struct Deviation {
 /// Two runs that do not agree.
 #[derive(Debug, thiserror::Error)]
 pub enum Disagreement {
-    /// A switch that only one of them has, and not by rounding.
-    #[error(
-        "step {step}, block {block}: {direction:?} by the {by} solver alone; the plain one has it {beyond:e} beyond its switch, where rounding reaches {reach:e}"
-    )]
-    Switch {
-        /// The step.
-        step: u64,
-        /// The block, counted from 1.
-        block: u32,
-        /// Which way it switches.
-        direction: Direction,
-        /// Name of the solver that has it.
-        by: &'static str,
-        /// As in [`NearTie`].
-        beyond: f64,
-        /// As in [`NearTie`].
-        reach: f64,
-    },
-    /// A switch within reach of rounding that the other solver does not have soon after.
-    #[error(
-        "step {step}, block {block}: switches by the {by} solver alone, and not within {LATE_STEPS} steps by the other"
-    )]
-    Missed {
-        /// The step.
-        step: u64,
-        /// The block, counted from 1.
-        block: u32,
-        /// Name of the solver that has it.
-        by: &'static str,
-    },
-    /// Equal switches, but another number of sliding blocks, or no record.
-    #[error("step {step}: the records differ without a switch that explains it")]
-    Records {
-        /// The step.
-        step: u64,
-    },
+    /// In their switches, and not by rounding, or in their records.
+    #[error("{0}")]
+    Records(String),
     /// Numbers too far apart.
     #[error("{what}: the runs differ by {deviation:e} of the largest (accepted: {TOLERANCE:e})")]
     Numbers {
@@ -285,9 +252,12 @@ fn settle(
     coming: &[Vec<(u64, Turn)>; 2],
     agreement: &mut Agreement,
 ) -> Result<SliderState, Disagreement> {
+    let unexplained = || {
+        Disagreement::Records(format!("step {step}: the records differ without a switch that explains it"))
+    };
     if plan.friction.law.affine().is_none() {
         // Only a step that both solvers take singly can be settled.
-        return Err(Disagreement::Records { step });
+        return Err(unexplained());
     }
     let [before, after] = step_after(&mut Plain::new(plan.clone()), plain, step);
     let mut any = false;
@@ -301,12 +271,16 @@ fn settle(
             let reach = rounding_reach(plan, &after, direction);
             let within = beyond.abs() <= reach;
             if !within {
-                return Err(Disagreement::Switch { step, block, direction, by, beyond, reach });
+                return Err(Disagreement::Records(format!(
+                    "step {step}, block {block}: {direction:?} by the {by} solver alone; the plain one has it \
+                     {beyond:e} beyond its switch, where rounding reaches {reach:e}"
+                )));
             }
-            let (late, _) = other.iter().find(|(_, other)| other == switch).ok_or(Disagreement::Missed {
-                step,
-                block,
-                by,
+            let (late, _) = other.iter().find(|(_, other)| other == switch).ok_or_else(|| {
+                Disagreement::Records(format!(
+                    "step {step}, block {block}: switches by the {by} solver alone, and not within {LATE_STEPS} steps \
+                     by the other"
+                ))
             })?;
             agreement.near_ties.push(NearTie {
                 step,
@@ -321,10 +295,7 @@ fn settle(
             });
         }
     }
-    if !any {
-        return Err(Disagreement::Records { step });
-    }
-    Ok(after)
+    if any { Ok(after) } else { Err(unexplained()) }
 }
 
 /// Takes single steps from a state up to a step; gives the states before and after the last of them.
@@ -460,7 +431,7 @@ mod tests {
     use asperity_record::Direction;
     use asperity_simulator::SolverKind;
 
-    use super::{Disagreement, Side, bare, compare, hold};
+    use super::{Side, bare, compare, hold};
 
     fn plan() -> Plan {
         // A hundred times the drive velocity, so that the first detachment comes within some 60,000
@@ -512,6 +483,7 @@ mod tests {
         let plain = Side::begin(SolverKind::Plain, &Arc::new(plan.clone()));
         let fast = Side::begin(SolverKind::Fast, &Arc::new(off));
         let outcome = hold(&plan, [plain, fast], |_, _| {}, |_| {});
-        assert!(matches!(outcome, Err(Disagreement::Switch { block: 1, .. })), "{outcome:?}");
+        let said = outcome.expect_err("it is wrong").to_string();
+        assert!(said.contains(", block 1: ") && said.contains(" beyond its switch"), "{said}");
     }
 }

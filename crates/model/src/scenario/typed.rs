@@ -6,14 +6,8 @@ use toml::de::{DeTable, Deserializer};
 
 use crate::scenario::suggest;
 
-/// An error in a text, and its place.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TypedError {
-    /// The place, an offset in bytes.
-    pub at: usize,
-    /// A description with key, value and accepted values.
-    pub problem: String,
-}
+/// The place of an error in a text, an offset in bytes, and a description with key, value and accepted values.
+pub type Refused = (usize, String);
 
 /// Most numbers such as `100.0` that are read as whole ones, since each costs a pass over the text.
 const MOST_WHOLE: usize = 100;
@@ -22,7 +16,7 @@ const MOST_WHOLE: usize = 100;
 ///
 /// # Errors
 /// If it is not TOML, or does not match the type.
-pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, TypedError> {
+pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, Refused> {
     parse_prepared(text, listed_in, |_| Ok(()))
 }
 
@@ -34,20 +28,18 @@ pub fn parse<T: DeserializeOwned>(text: &str, listed_in: &str) -> Result<T, Type
 pub fn parse_prepared<T: DeserializeOwned>(
     text: &str,
     listed_in: &str,
-    prepare: impl Fn(&mut DeTable<'_>) -> Result<(), (usize, String)>,
-) -> Result<T, TypedError> {
+    prepare: impl Fn(&mut DeTable<'_>) -> Result<(), Refused>,
+) -> Result<T, Refused> {
     if let Err(error) = DeTable::parse(text) {
         let at = error.span().map_or(0, |span| span.start);
-        return Err(TypedError { at, problem: format!("not TOML: {}", error.message()) });
+        return Err((at, format!("not TOML: {}", error.message())));
     }
     let mut read = text.to_owned();
     // Places where the digits are longer than the original text, and by how much.
     let mut longer: Vec<(usize, usize)> = Vec::new();
     for _ in 0..MOST_WHOLE {
-        let mut table =
-            DeTable::parse(&read).map_err(|error| TypedError { at: 0, problem: error.to_string() })?;
-        prepare(table.get_mut())
-            .map_err(|(at, problem)| TypedError { at: written_at(&longer, at), problem })?;
+        let mut table = DeTable::parse(&read).map_err(|error| (0, error.to_string()))?;
+        prepare(table.get_mut()).map_err(|(at, problem)| (written_at(&longer, at), problem))?;
         let error = match T::deserialize(Deserializer::from(table)) {
             Ok(value) => return Ok(value),
             Err(error) => error,
@@ -66,11 +58,11 @@ pub fn parse_prepared<T: DeserializeOwned>(
                 if is_of_the_top::<T>(error.message()) {
                     problem.push_str("; as a key of the whole file it stands above the first [[...]]");
                 }
-                return Err(TypedError { at: written_at(&longer, span.start), problem });
+                return Err((written_at(&longer, span.start), problem));
             }
         }
     }
-    Err(TypedError { at: 0, problem: format!("more than {MOST_WHOLE} whole numbers with a decimal point") })
+    Err((0, format!("more than {MOST_WHOLE} whole numbers with a decimal point")))
 }
 
 /// The place in the text as it was written.
@@ -197,8 +189,7 @@ mod tests {
     }
 
     fn problem(text: &str) -> (usize, String) {
-        let error = parse::<File>(text, "the manual").unwrap_err();
-        (error.at, error.problem)
+        parse::<File>(text, "the manual").unwrap_err()
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use asperity_model::Scenario;
 use asperity_model::resolve;
 use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEvent, StepRecord, payload};
-use asperity_run::detectors::{Settings, TopicError};
+use asperity_run::detectors::Settings;
 use asperity_run::study::{Job, Stored};
 use asperity_run::{
     Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, Task, Threads, Verdict, check, run,
@@ -114,7 +114,7 @@ fn a_run_shows_the_same_with_a_log_and_without_and_on_one_thread() {
     assert!(bare.of(SlipEvent::TOPIC).len() > 20, "there is something to compare");
     let alone = folder.path().join("alone.mcap");
     let mut on_one_thread = Seen::ALL;
-    let task = Task::new(&scenario).log_to(LogTo::new(&alone)).on_one_thread();
+    let task = Task { threads: Threads::One, ..Task::new(&scenario) }.log_to(LogTo::new(&alone));
     let alone = run(task, Begin::Anew, NEVER, &mut on_one_thread).expect("it runs");
     assert_eq!(alone.end, outcome.end);
     assert_eq!(on_one_thread.records, with_log.records);
@@ -169,16 +169,16 @@ fn a_detector_of_ones_own_adds_a_topic_and_changes_no_other() {
     }
 
     for (topic, refused) in [
-        (SlipEvent::TOPIC, TopicError::Twice(SlipEvent::TOPIC)),
-        ("/step", TopicError::NoEvents("/step")),
-        ("/mine", TopicError::NoEvents("/mine")),
+        (SlipEvent::TOPIC, "two detectors emit /events/slip (accepted: a topic of its own for each)"),
+        ("/step", "a detector emits /step (accepted: a topic that begins with /events/)"),
+        ("/mine", "a detector emits /mine (accepted: a topic that begins with /events/)"),
     ] {
         let task = Task::new(&scenario).detect(Idle(topic));
         let error = run(task, Begin::Anew, NEVER, &mut ()).expect_err("its topic is none of its own");
-        assert!(matches!(error, RunError::Topic(error) if error == refused), "{error}");
+        assert!(matches!(&error, RunError::Topic(error) if error == refused), "{error}");
         let replay = Replay::open(&plain, &settings).expect("it opens").detect(Idle(topic));
         let error = replay.run(NEVER, &mut ()).expect_err("its topic is none of its own");
-        assert!(matches!(error, ReplayError::Topic(error) if error == refused), "{error}");
+        assert!(matches!(&error, ReplayError::Topic(error) if error == refused), "{error}");
     }
 }
 

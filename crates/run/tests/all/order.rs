@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_detect::{Detector, Detectors, SlipRules};
 use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
-use asperity_run::stream::{Given, Item, StreamError, run, run_in_turn};
+use asperity_run::stream::{Item, StreamError, run, run_in_turn};
 use asperity_testkit::quiet_step;
 
 fn step(step: u64) -> Record {
@@ -31,11 +31,11 @@ impl Detector for Tenth {
     }
 }
 
-fn source(steps: u64) -> impl FnMut() -> Result<Option<Given>, String> + Send {
+fn source(steps: u64) -> impl FnMut() -> Result<Option<Item>, String> + Send {
     let mut next = 0;
     move || {
         next += 1;
-        Ok((next <= steps).then(|| Given::Record(step(next))))
+        Ok((next <= steps).then(|| Item::Record(step(next))))
     }
 }
 
@@ -91,7 +91,7 @@ fn a_slow_sink_holds_the_source_back() {
         || {
             next += 1;
             MADE.store(next, Ordering::SeqCst);
-            Ok::<_, String>((next <= 2000).then(|| Given::Record(step(next))))
+            Ok::<_, String>((next <= 2000).then(|| Item::Record(step(next))))
         },
         Detectors::new(1, SlipRules::EVERY_SLIP, Vec::new()),
         |_| {
@@ -130,7 +130,7 @@ fn a_failing_source_is_reported_and_closes_no_event() {
         let (mut next, mut over, mut records) = (0, 0, 0);
         let source = || {
             next += 1;
-            if next < 50 { Ok(Some(Given::Record(step(next)))) } else { Err("overflow") }
+            if next < 50 { Ok(Some(Item::Record(step(next)))) } else { Err("overflow") }
         };
         let sink = |item| {
             over += usize::from(matches!(&item, Item::Event(event) if event.json().ends_with("over")));

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Observer, Record, SlipEvent, StepRecord, Switch};
-use asperity_run::{Begin, LogTo, Opened, SolverKind, Task, Verdict, check, check_again, run};
+use asperity_run::{Begin, LogTo, Opened, SolverKind, Task, Threads, Verdict, check, check_again, run};
 use asperity_runlog::{RunReader, Topics};
 use asperity_testkit::equality::{self, Agreement, Disagreement};
 
@@ -59,7 +59,7 @@ fn verify(plan: &Plan) -> Result<Agreement, Disagreement> {
 /// Makes a run, with its log at a path if there is one, and as many checkpoints as there may be.
 fn made(scenario: &Scenario, solver: SolverKind, log: Option<&Path>) -> Seen {
     let mut seen = Seen::default();
-    let mut task = Task::new(scenario).solved_by(Some(solver)).on_one_thread();
+    let mut task = Task { solver, threads: Threads::One, ..Task::new(scenario) };
     if let Some(path) = log {
         let millis = if solver == SolverKind::Plain { 5 } else { 0 };
         task = task.log_to(LogTo { checkpoint_interval: Duration::from_millis(millis), ..LogTo::new(path) });
@@ -325,7 +325,7 @@ fn logs_of_branches_are_whole_and_can_be_resumed() {
     let to = LogTo { checkpoint_interval: Duration::ZERO, ..LogTo::new(&part) };
     let polls = std::sync::atomic::AtomicU64::new(0);
     let stop = || polls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) > 60;
-    let task = || Task::new(&branch).on_one_thread().log_to(to);
+    let task = || Task { threads: Threads::One, ..Task::new(&branch) }.log_to(to);
     run(task(), Begin::Anew, &stop, &mut ()).unwrap_err();
     let resumed = run(task(), Begin::GoOn, &|| false, &mut ()).unwrap().end.unwrap();
     assert_eq!(resumed.digest, reader.verify().unwrap().digest);

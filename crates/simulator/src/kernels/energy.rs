@@ -189,7 +189,7 @@ kernel! {
 
 /// The sum of eight lanes, in one order.
 #[inline(always)]
-fn total(lanes: &[f64; 8]) -> f64 {
+pub(super) fn total(lanes: &[f64; 8]) -> f64 {
     let four = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
     (four[0] + four[2]) + (four[1] + four[3])
 }

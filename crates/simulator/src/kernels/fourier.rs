@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::kernels::energy::total;
 use crate::kernels::simd::kernel;
 
 /// Grid points used to interpolate at a wave number.
@@ -224,13 +225,6 @@ kernel! {
             }
         }
     }
-}
-
-/// The sum of eight lanes, in one order.
-#[inline(always)]
-fn total(lanes: &[f64; 8]) -> f64 {
-    let four: [f64; 4] = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
-    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 #[cfg(test)]

@@ -357,13 +357,14 @@ fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<Sim
     Some(at_block(what, step, state, fastest.unwrap_or(0)))
 }
 
-fn at_block(what: &'static str, step: u64, state: &SliderState, n: usize) -> SimulationError {
-    SimulationError::NotFinite {
-        step,
-        what,
+/// The error of a quantity after a step: the block is the first whose number is not finite, or the fastest for a number
+/// of the whole slider.
+pub(crate) fn at_block(what: &str, step: u64, state: &SliderState, n: usize) -> SimulationError {
+    SimulationError::NotFinite(format!(
+        "in step {step} {what} is no longer finite: block {} is at u = {:.3e} m, v = {:.3e} m/s",
         // For a node above the contacts, the contact below it.
-        block: (n % state.slip.len()) as u32 + 1,
-        displacement_m: state.displacement_m[n],
-        velocity_m_per_s: state.velocity_m_per_s[n],
-    }
+        n % state.slip.len() + 1,
+        state.displacement_m[n],
+        state.velocity_m_per_s[n]
+    ))
 }

@@ -90,34 +90,11 @@ pub enum SimulationError {
         put_in: &'static str,
     },
     /// A number to be recorded overflowed or became NaN.
-    #[error(
-        "in step {step} {what} is no longer finite: block {block} is at u = {displacement_m:.3e} m, \
-         v = {velocity_m_per_s:.3e} m/s"
-    )]
-    NotFinite {
-        /// The step after which this was detected.
-        step: u64,
-        /// The quantity.
-        what: &'static str,
-        /// The block, counted from 1: the first whose number is not finite, or the fastest for a number
-        /// of the whole slider.
-        block: u32,
-        /// Its displacement.
-        displacement_m: f64,
-        /// Its velocity.
-        velocity_m_per_s: f64,
-    },
+    #[error("{0}")]
+    NotFinite(String),
     /// The solver's own steps have become too short to end.
-    #[error(
-        "the adaptive solver took a million steps after step {step} without passing the next multiple of time.step_s = \
-         {time_step_s:e} s (accepted: a shorter time.step_s, or a larger time.tolerance)"
-    )]
-    Stalled {
-        /// The last multiple of `time.step_s` that was passed.
-        step: u64,
-        /// `time.step_s`.
-        time_step_s: f64,
-    },
+    #[error("{0}")]
+    Stalled(String),
 }
 
 impl SimulationError {

@@ -1,5 +1,6 @@
 //! What a `recording.toml` says.
 
+use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 
 use asperity_model::scenario::text::{self, Lines};
@@ -7,8 +8,10 @@ use asperity_model::scenario::typed::{self, TypedError};
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::check_toml;
 use serde::Deserialize;
+use serde::de::value::{self, StrDeserializer};
 use toml::{Spanned, Value};
 
+use crate::array::Numbers;
 use crate::error::RecordingError;
 use crate::samples::Column;
 use crate::unit::{Quantity, Unit};
@@ -162,7 +165,16 @@ pub(crate) struct Stream {
     #[serde(default)]
     pub(crate) units_row: bool,
     #[serde(default)]
+    pub(crate) skip_rows: u32,
+    pub(crate) delimiter: Option<Delimiter>,
+    #[serde(default)]
     pub(crate) axis: Axis,
+    /// An array in the file.
+    pub(crate) dataset: Option<String>,
+    pub(crate) numbers: Option<Numbers>,
+    pub(crate) channels_in_file: Option<NonZeroU16>,
+    #[serde(default)]
+    pub(crate) skip_bytes: u32,
     pub(crate) time: Option<Time>,
     pub(crate) rate_hz: Option<Positive>,
     #[serde(default)]
@@ -172,6 +184,7 @@ pub(crate) struct Stream {
     pub(crate) starts: Option<Time>,
     #[serde(default)]
     pub(crate) gaps: Gaps,
+    pub(crate) missing: Option<Missing>,
     pub(crate) resample: Option<Resample>,
     #[serde(default)]
     pub(crate) channel: Vec<Channel>,
@@ -186,8 +199,27 @@ pub(crate) struct Stream {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Kind {
+    #[serde(alias = "tsv", alias = "txt")]
     Csv,
     Npy,
+    Npz,
+    #[serde(alias = "h5", alias = "tpc5")]
+    Hdf5,
+    Mat,
+    #[serde(alias = "bin")]
+    Raw,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub(crate) enum Delimiter {
+    #[serde(rename = ",")]
+    Comma = b',' as isize,
+    #[serde(rename = ";")]
+    Semicolon = b';' as isize,
+    #[serde(rename = "\t")]
+    Tab = b'\t' as isize,
+    #[serde(rename = " ")]
+    Space = b' ' as isize,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -196,6 +228,19 @@ pub(crate) enum Axis {
     ChannelsFirst,
     #[default]
     SamplesFirst,
+}
+
+impl Axis {
+    /// The axis of the array with its sides exchanged.
+    pub(crate) fn turned(self) -> Axis {
+        if self == Axis::SamplesFirst { Axis::ChannelsFirst } else { Axis::SamplesFirst }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Missing {
+    Gap,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -364,11 +409,8 @@ impl Stream {
 
     /// The format of its files, if it is known.
     pub(crate) fn kind(&self) -> Option<Kind> {
-        self.kind.or_else(|| match Path::new(&self.file).extension()?.to_str()? {
-            "csv" => Some(Kind::Csv),
-            "npy" => Some(Kind::Npy),
-            _ => None,
-        })
+        let of = |ending: &str| Kind::deserialize(StrDeserializer::<value::Error>::new(ending)).ok();
+        self.kind.or_else(|| of(&Path::new(&self.file).extension()?.to_str()?.to_lowercase()))
     }
 
     /// Its channels: sensors first.
@@ -496,9 +538,17 @@ fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Ref
 
 fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
     let (at, mut stream) = (spanned.span().start, spanned.into_inner());
-    let Stream { file, time, rate_hz, starts, channel, .. } = &stream;
+    let Stream { file, time, rate_hz, starts, channel, numbers, channels_in_file, missing, resample, .. } =
+        &stream;
     must(stream.kind().is_some(), at, || {
-        format!("file = {file:?} (accepted: csv, npy; or kind says which)")
+        format!("file = {file:?} (accepted: csv, npy, npz, hdf5, mat, raw; or kind says which)")
+    })?;
+    let is_raw = stream.kind() == Some(Kind::Raw);
+    must(is_raw == numbers.is_some() && is_raw == channels_in_file.is_some(), at, || {
+        "raw needs numbers and channels_in_file, and only it has them".to_owned()
+    })?;
+    must(missing.is_none() || resample.is_none(), at, || {
+        "resample would fill the gaps of missing (accepted: one of both)".to_owned()
     })?;
     must(time.is_some() != rate_hz.is_some(), at, || "a stream has one of time and rate_hz".to_owned())?;
     let is_of_time = |unit: &Unit| unit.quantity == Quantity::Time;

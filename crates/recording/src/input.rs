@@ -1,12 +1,17 @@
 //! Opens the files that a description names, in its folder and nowhere else.
 
+use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 
+use zip::ZipArchive;
+
+use crate::array::{Arrays, Grid, MOST_IN_MEMORY, Stored};
 use crate::csv::Csv;
-use crate::description::{Axis, Kind, Stream, Time};
+use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::npy::Npy;
+use crate::gap::Gapless;
 use crate::samples::{Column, Samples};
+use crate::{hdf5, matlab, npy};
 
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
@@ -81,16 +86,33 @@ impl Folder {
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
         let (path, shown) = self.inside(named)?;
-        Ok(match stream.kind().expect("it was checked") {
-            Kind::Csv => Box::new(Csv::open(&path, &shown, stream.units_row, columns)?),
-            Kind::Npy => Box::new(Npy::open(&path, &shown, stream.axis == Axis::ChannelsFirst, columns)?),
+        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let mut all = columns.to_vec();
+        if stream.missing.is_some() {
+            // What is missing in one is a gap of all.
+            all.extend(stream.time.iter().map(|time| time.column.clone()));
+            all.extend(stream.channels().map(|channel| channel.column.clone()));
+        }
+        let samples: Box<dyn Samples> = match stream.kind().expect("it was checked") {
+            Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
+            kind => {
+                let mut find = arrays(kind, file, stream).map_err(|problem| {
+                    InputFault::new(&shown, Place::File, problem, "a file as its kind says")
+                })?;
+                Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
+            }
+        };
+        Ok(match stream.missing {
+            Some(Missing::Gap) => Box::new(Gapless::new(samples, shown, columns.len(), all.len())),
+            None => samples,
         })
     }
 
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
         let (path, shown) = self.inside(&starts.file)?;
-        let mut table = Csv::open(&path, &shown, false, std::slice::from_ref(&starts.column))?;
+        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
         let mut block = vec![Vec::new()];
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -110,4 +132,50 @@ impl Folder {
         let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
         Ok(Input { path: named.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
+}
+
+/// Opens an array by its name.
+type Find = Box<dyn FnMut(&str) -> Result<Box<dyn Grid>, String>>;
+
+/// What opens the arrays in a file of a stream.
+fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, String> {
+    let (axis, mut room) = (stream.axis, MOST_IN_MEMORY);
+    let words = |error: std::io::Error| error.to_string();
+    let alone: fn(&str) -> Result<(), String> = |name| match name {
+        "" => Ok(()),
+        _ => Err("channels of one array have numbers".to_owned()),
+    };
+    Ok(match kind {
+        Kind::Npz => {
+            let mut archive = ZipArchive::new(file).map_err(|error| error.to_string())?;
+            Box::new(move |name| npy::member(&mut archive, name, axis, &mut room))
+        }
+        Kind::Mat if !matlab::is_hdf5(&mut file).map_err(words)? => {
+            Box::new(move |name| matlab::array(&mut file, name, axis, &mut room))
+        }
+        Kind::Mat | Kind::Hdf5 => {
+            let file = hdf5::open(file)?;
+            Box::new(move |name| hdf5::array(&file, name, axis, kind == Kind::Mat))
+        }
+        Kind::Raw => {
+            let (numbers, at) =
+                (stream.numbers.ok_or("numbers are not given")?, u64::from(stream.skip_bytes));
+            let channels = stream.channels_in_file.map_or(1, |channels| u64::from(channels.get()));
+            Box::new(move |name| {
+                alone(name)?;
+                let bytes = file.metadata().map_err(words)?.len().saturating_sub(at);
+                let samples = bytes / (channels * numbers.bytes);
+                let sizes = if axis == Axis::SamplesFirst {
+                    vec![samples, channels]
+                } else {
+                    vec![channels, samples]
+                };
+                Stored::new(Box::new(file.try_clone().map_err(words)?), at, numbers, false, sizes, axis)
+            })
+        }
+        Kind::Npy | Kind::Csv => Box::new(move |name| {
+            alone(name)?;
+            npy::array(Box::new(file.try_clone().map_err(words)?), axis)
+        }),
+    })
 }

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::error::{Place, RecordingError};
+use crate::gap::Gap;
 
 /// The next samples of some channels, a row for each.
 pub type Block = Vec<Vec<f64>>;
@@ -25,6 +26,11 @@ pub trait Samples {
 
     /// The units of the channels that the source itself states.
     fn units(&self) -> Vec<Option<String>>;
+
+    /// The samples left out so far.
+    fn gaps(&self) -> &[Gap] {
+        &[]
+    }
 }
 
 /// A channel of a source: by name, or by number from 1.

@@ -16,10 +16,13 @@ pub(crate) const MOST_IN_MEMORY: u64 = 1 << 30;
 /// Bytes that are read at once where channels are interleaved: they stay in the cache until all channels are decoded.
 const PIECE_BYTES: u64 = 1 << 18;
 
+/// Samples that are decoded channel by channel.
+const FEW: usize = 256;
+
 const MOST_CHANNELS: u64 = 1 << 16;
 
-/// Appends numbers that lie so many bytes apart.
-type Decode = fn(&[u8], usize, &mut Vec<f64>);
+/// Appends numbers to a row: of the bytes, in pieces of so many each, the one that starts so far into each piece.
+type Decode = fn(&[u8], usize, usize, &mut Vec<f64>);
 
 /// Numbers as they are stored.
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -41,9 +44,9 @@ impl Numbers {
                 }
             };
             ($Number:ident, $from:ident) => {{
-                let decode: Decode = |stored, apart, row| {
-                    let each = stored.chunks(apart).filter_map(|from| from.first_chunk());
-                    row.extend(each.map(|bytes| <$Number>::$from(*bytes) as f64));
+                let decode: Decode = |stored, piece, at, row| {
+                    let number = |from: &[u8]| from[at..].first_chunk().map_or(0.0, |bytes| <$Number>::$from(*bytes) as f64);
+                    row.extend(stored.chunks_exact(piece).map(number));
                 };
                 Some(Numbers { bytes: size_of::<$Number>() as u64, decode })
             }};
@@ -150,15 +153,18 @@ impl Grid for Stored {
         if apart == 1 {
             for (channel, row) in channels.iter().zip(rows) {
                 self.fetch(channel * between + from, count)?;
-                decode(&self.bytes, bytes as usize, row);
+                decode(&self.bytes, bytes as usize, 0, row);
             }
             return Ok(());
         }
         let piece = (PIECE_BYTES / (apart * bytes)).max(1);
         for first in (from..from + count).step_by(piece as usize) {
             self.fetch(first * apart, piece.min(from + count - first) * apart)?;
-            for (channel, row) in channels.iter().zip(&mut *rows) {
-                decode(&self.bytes[(channel * bytes) as usize..], (apart * bytes) as usize, row);
+            // What stays in the fastest cache until all channels are decoded.
+            for few in self.bytes.chunks((apart * bytes) as usize * FEW) {
+                for (channel, row) in channels.iter().zip(&mut *rows) {
+                    decode(few, (apart * bytes) as usize, (channel * bytes) as usize, row);
+                }
             }
         }
         Ok(())
@@ -226,15 +232,26 @@ impl Samples for Arrays {
         let mut rows = &mut block[..];
         for (grid, channels) in &mut self.grids {
             let (of_grid, others) = rows.split_at_mut(channels.len());
-            grid.read(self.next, count, channels, of_grid).map_err(RecordingError::io(&self.path))?;
+            grid.read(self.next, count, channels, of_grid).map_err(|error| {
+                let problem = match error.kind() {
+                    io::ErrorKind::UnexpectedEof => "it ends here".to_owned(),
+                    _ => error.to_string(),
+                };
+                let accepted = "a sound file that does not change while it is read";
+                InputFault::new(&self.path, Place::Sample(self.next), problem, accepted)
+            })?;
             rows = others;
         }
         for (row, column) in block.iter().zip(&self.columns).filter(|_| self.are_complete) {
-            if let Some(at) = row.iter().position(|value| !value.is_finite()) {
-                let place = Place::Sample(self.next + at as u64);
-                let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
-                return Err(fault.of(column).with(Some(row[at].to_string())).into());
+            // Several at a time first, since most have none.
+            let are_finite = |few: &[f64]| few.iter().fold(true, |all, value| all & value.is_finite());
+            if row.chunks(64).all(are_finite) {
+                continue;
             }
+            let at = row.iter().position(|value| !value.is_finite()).unwrap_or_default();
+            let place = Place::Sample(self.next + at as u64);
+            let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
+            return Err(fault.of(column).with(Some(row[at].to_string())).into());
         }
         self.next += count;
         Ok(count as usize)

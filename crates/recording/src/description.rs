@@ -210,15 +210,13 @@ pub(crate) enum Kind {
     Raw,
 }
 
+/// What separates cells.
 #[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Delimiter {
-    #[serde(rename = ",")]
     Comma = b',' as isize,
-    #[serde(rename = ";")]
     Semicolon = b';' as isize,
-    #[serde(rename = "\t")]
     Tab = b'\t' as isize,
-    #[serde(rename = " ")]
     Space = b' ' as isize,
 }
 

@@ -53,7 +53,7 @@ impl H5Type for Number {
     fn decode_vec(raw: &[u8], kind: &Datatype, count: usize) -> Option<Result<Vec<Number>, Error>> {
         let Numbers { bytes, decode } = numbers(kind)?;
         let mut row = Vec::with_capacity(count);
-        decode(raw, bytes as usize, &mut row);
+        decode(raw, bytes as usize, 0, &mut row);
         Some(Ok(row.into_iter().map(Number).collect()))
     }
 }

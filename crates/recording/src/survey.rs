@@ -9,7 +9,7 @@ use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once.
-pub(crate) const BLOCK: usize = 1 << 14;
+pub(crate) const BLOCK: usize = 1 << 11;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;

@@ -260,12 +260,4 @@ impl Samples for Arrays {
     fn known_length(&self) -> Option<u64> {
         Some(self.samples)
     }
-
-    fn place(&self, sample: u64) -> Place {
-        Place::Sample(sample)
-    }
-
-    fn units(&self) -> Vec<Option<String>> {
-        vec![None; self.columns.len()]
-    }
 }

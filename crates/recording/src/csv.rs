@@ -19,7 +19,7 @@ pub(crate) struct Csv {
     reader: csv::Reader<Chain<Cursor<Vec<u8>>, BufReader<ShortLines<File>>>>,
     path: PathBuf,
     heading: Vec<String>,
-    units: Option<Vec<String>>,
+    units: Vec<String>,
     /// The wanted columns, from 0.
     columns: Vec<usize>,
     record: ByteRecord,
@@ -87,7 +87,7 @@ impl Csv {
             reader,
             path: shown.to_owned(),
             heading: Vec::new(),
-            units: None,
+            units: Vec::new(),
             columns: Vec::new(),
             record: ByteRecord::new(),
             lines_before,
@@ -98,7 +98,7 @@ impl Csv {
         };
         table.heading = table.row_of_text()?;
         if stream.is_some_and(|stream| stream.units_row) {
-            table.units = Some(table.row_of_text()?);
+            table.units = table.row_of_text()?;
         }
         table.first_line = lines_before + table.reader.position().line();
         let found = columns.iter().map(|column| {
@@ -178,16 +178,11 @@ impl Samples for Csv {
         Ok(most)
     }
 
-    fn known_length(&self) -> Option<u64> {
-        None
-    }
-
     fn place(&self, sample: u64) -> Place {
         Place::Line(self.first_line + sample)
     }
 
-    fn units(&self) -> Vec<Option<String>> {
-        let unit = |column: &usize| self.units.as_ref().and_then(|units| units.get(*column).cloned());
-        self.columns.iter().map(unit).collect()
+    fn unit(&self, channel: usize) -> Option<String> {
+        self.units.get(self.columns[channel]).cloned()
     }
 }

@@ -1,5 +1,6 @@
 //! What a `recording.toml` says.
 
+use std::fmt;
 use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 
@@ -381,7 +382,7 @@ impl Channel {
         };
         let of_file = stated.map(|stated| Unit::of(stated).ok_or_else(|| misfit(stated))).transpose()?;
         let unit = of_file.as_ref().or(self.unit.as_ref());
-        let unit = unit.ok_or_else(|| "no unit in the file, nor in recording.toml".to_owned())?;
+        let unit = unit.ok_or("no unit in the file, nor in recording.toml")?;
         let scale = match (due, self.area_m2) {
             // Of any quantity, so in its own unit.
             (None, _) => 1.0,
@@ -434,8 +435,8 @@ impl Stream {
 type Refused = (usize, String);
 
 /// Refuses what stands at a place, unless it is accepted.
-fn must(accepted: bool, at: usize, problem: impl FnOnce() -> String) -> Result<(), Refused> {
-    if accepted { Ok(()) } else { Err((at, problem())) }
+fn must(accepted: bool, at: usize, problem: impl fmt::Display) -> Result<(), Refused> {
+    if accepted { Ok(()) } else { Err((at, problem.to_string())) }
 }
 
 impl Description {
@@ -479,14 +480,18 @@ impl Description {
 
 fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Refused> {
     let (format, slider) = (written.format, written.slider);
-    must(*format.get_ref() == 1, format.span().start, || {
-        format!("format = {} (accepted: 1)", format.get_ref())
-    })?;
+    must(
+        *format.get_ref() == 1,
+        format.span().start,
+        format_args!("format = {} (accepted: 1)", format.get_ref()),
+    )?;
     let (at, slider) = (slider.span().start, slider.into_inner());
     let speeds = [slider.wave_speed_m_per_s, slider.density_kg_per_m3];
-    must(speeds.iter().flatten().count() == 1, at, || {
-        "slider needs one of wave_speed_m_per_s and density_kg_per_m3".to_owned()
-    })?;
+    must(
+        speeds.iter().flatten().count() == 1,
+        at,
+        "slider needs one of wave_speed_m_per_s and density_kg_per_m3",
+    )?;
     let places: Vec<usize> = written.stream.iter().map(|stream| stream.span().start).collect();
     let streams: Result<Vec<Stream>, Refused> =
         written.stream.into_iter().map(|stream| self::stream(stream, slider.length_m.0)).collect();
@@ -496,15 +501,19 @@ fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Ref
     let contacts = match &written.detection.array {
         Some(named) => {
             let found = with_array.into_iter().find(|n| streams[*n].name() == named.get_ref());
-            must(found.is_some(), named.span().start, || {
-                format!("array = {:?} (accepted: the name of a stream with an array)", named.get_ref())
-            })?;
+            must(
+                found.is_some(),
+                named.span().start,
+                format_args!("array = {:?} (accepted: the name of a stream with an array)", named.get_ref()),
+            )?;
             found
         }
         None => {
-            must(with_array.len() < 2, places[with_array.get(1).copied().unwrap_or_default()], || {
-                "a second array (accepted: one, or detection.array, which names its stream)".to_owned()
-            })?;
+            must(
+                with_array.len() < 2,
+                places[with_array.get(1).copied().unwrap_or_default()],
+                "a second array (accepted: one, or detection.array, which names its stream)",
+            )?;
             with_array.first().copied()
         }
     };
@@ -512,15 +521,18 @@ fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Ref
     for (n, stream) in streams.iter().enumerate() {
         for role in [Role::TangentialForce, Role::NormalForce, Role::LoadPoint] {
             let count = stream.channel.iter().filter(|channel| channel.role == role).count();
-            must(count <= usize::from(forces == Some(n)), places[n], || {
-                "a force or a load point too many (accepted: one of each, beside tangential-force)".to_owned()
-            })?;
+            must(
+                count <= usize::from(forces == Some(n)),
+                places[n],
+                "a force or a load point too many (accepted: one of each, beside tangential-force)",
+            )?;
         }
     }
-    must(contacts.or(forces).is_some(), 0, || {
-        "nothing from which events follow (accepted: a stream with an array, or with a tangential-force)"
-            .to_owned()
-    })?;
+    must(
+        contacts.or(forces).is_some(),
+        0,
+        "nothing from which events follow (accepted: a stream with an array, or with a tangential-force)",
+    )?;
     Ok(Description {
         file: file.to_owned(),
         text: text.to_owned(),
@@ -538,30 +550,38 @@ fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
     let (at, mut stream) = (spanned.span().start, spanned.into_inner());
     let Stream { file, time, rate_hz, starts, channel, numbers, channels_in_file, missing, resample, .. } =
         &stream;
-    must(stream.kind().is_some(), at, || {
-        format!("file = {file:?} (accepted: csv, npy, npz, hdf5, mat, raw; or kind says which)")
-    })?;
+    must(
+        stream.kind().is_some(),
+        at,
+        format_args!("file = {file:?} (accepted: csv, npy, npz, hdf5, mat, raw; or kind says which)"),
+    )?;
     let is_raw = stream.kind() == Some(Kind::Raw);
-    must(is_raw == numbers.is_some() && is_raw == channels_in_file.is_some(), at, || {
-        "raw needs numbers and channels_in_file, and only it has them".to_owned()
-    })?;
-    must(missing.is_none() || resample.is_none(), at, || {
-        "resample would fill the gaps of missing (accepted: one of both)".to_owned()
-    })?;
-    must(time.is_some() != rate_hz.is_some(), at, || "a stream has one of time and rate_hz".to_owned())?;
+    must(
+        is_raw == numbers.is_some() && is_raw == channels_in_file.is_some(),
+        at,
+        "raw needs numbers and channels_in_file, and only it has them",
+    )?;
+    must(
+        missing.is_none() || resample.is_none(),
+        at,
+        "resample would fill the gaps of missing (accepted: one of both)",
+    )?;
+    must(time.is_some() != rate_hz.is_some(), at, "a stream has one of time and rate_hz")?;
     let is_of_time = |unit: &Unit| unit.quantity == Quantity::Time;
     let units = [time, starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
-    must(units.into_iter().all(is_of_time), at, || {
-        "a unit of another kind (accepted: s, ms, us, ns)".to_owned()
-    })?;
-    must(file.contains('*') == starts.is_some() && (starts.is_none() || rate_hz.is_some()), at, || {
-        "segments (a * in file) need starts and rate_hz, and only they have starts".to_owned()
-    })?;
+    must(units.into_iter().all(is_of_time), at, "a unit of another kind (accepted: s, ms, us, ns)")?;
+    must(
+        file.contains('*') == starts.is_some() && (starts.is_none() || rate_hz.is_some()),
+        at,
+        "segments (a * in file) need starts and rate_hz, and only they have starts",
+    )?;
     let is_on_slider = |x_m: f64| (0.0..=length_m).contains(&x_m);
-    must(channel.iter().filter_map(|channel| channel.x_m).all(is_on_slider), at, || {
-        format!("a channel beside the slider (accepted: x_m from 0 to {length_m})")
-    })?;
-    must(stream.array.len() < 2, at, || "a second array (accepted: one in a stream)".to_owned())?;
+    must(
+        channel.iter().filter_map(|channel| channel.x_m).all(is_on_slider),
+        at,
+        format_args!("a channel beside the slider (accepted: x_m from 0 to {length_m})"),
+    )?;
+    must(stream.array.len() < 2, at, "a second array (accepted: one in a stream)")?;
     if let Some(array) = stream.array.pop() {
         stream.sensors = sensors(array, length_m)?;
     }
@@ -581,20 +601,24 @@ fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refus
         _ => return Err((at, "an array has x_m, or x0_m and dx_m".to_owned())),
     };
     let loads = array.normal_n.as_ref().map_or(count, Vec::len);
-    must(x_m.len() == count && loads == count, at, || {
-        format!("{} positions, {loads} loads (accepted: as many as channels, {count})", x_m.len())
-    })?;
+    must(
+        x_m.len() == count && loads == count,
+        at,
+        format_args!("{} positions, {loads} loads (accepted: as many as channels, {count})", x_m.len()),
+    )?;
     let is_fit = x_m.iter().all(|x_m| (0.0..=length_m).contains(x_m)) && x_m.is_sorted_by(|a, b| a < b);
-    must(is_fit, at, || format!("positions {x_m:?} (accepted: ascending, from 0 to {length_m})"))?;
-    must(dead.iter().all(|dead| (1..=count as u64).contains(dead)), at, || {
-        format!("dead = {dead:?} (accepted: sensors from 1 to {count})")
-    })?;
+    must(is_fit, at, format_args!("positions {x_m:?} (accepted: ascending, from 0 to {length_m})"))?;
+    must(
+        dead.iter().all(|dead| (1..=count as u64).contains(dead)),
+        at,
+        format_args!("dead = {dead:?} (accepted: sensors from 1 to {count})"),
+    )?;
     let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
     let channel = |(_, (column, x_m))| {
         let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
         Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
     };
     let working: Vec<Channel> = all.map(channel).collect();
-    must(!working.is_empty(), at, || "all sensors are dead (accepted: one that works)".to_owned())?;
+    must(!working.is_empty(), at, "all sensors are dead (accepted: one that works)")?;
     Ok(working)
 }

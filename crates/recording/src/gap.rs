@@ -21,17 +21,15 @@ pub struct Gap {
 pub(crate) struct Gapless {
     samples: Box<dyn Samples>,
     path: PathBuf,
-    /// How many rows are passed on, the first ones.
-    rows: usize,
     block: Block,
     gaps: Vec<Gap>,
     kept: u64,
 }
 
 impl Gapless {
-    /// Passes on the first of some rows.
-    pub(crate) fn new(samples: Box<dyn Samples>, path: PathBuf, rows: usize, all: usize) -> Gapless {
-        Gapless { samples, path, rows, block: vec![Vec::new(); all], gaps: Vec::new(), kept: 0 }
+    /// Of so many rows it passes on as many as are asked for, the first ones.
+    pub(crate) fn new(samples: Box<dyn Samples>, path: PathBuf, all: usize) -> Gapless {
+        Gapless { samples, path, block: vec![Vec::new(); all], gaps: Vec::new(), kept: 0 }
     }
 }
 
@@ -62,16 +60,12 @@ impl Samples for Gapless {
         Ok(block[0].len())
     }
 
-    fn known_length(&self) -> Option<u64> {
-        None
-    }
-
     fn place(&self, sample: u64) -> Place {
         self.samples.place(sample)
     }
 
-    fn units(&self) -> Vec<Option<String>> {
-        self.samples.units().into_iter().take(self.rows).collect()
+    fn unit(&self, channel: usize) -> Option<String> {
+        self.samples.unit(channel)
     }
 
     fn gaps(&self) -> &[Gap] {

@@ -103,7 +103,7 @@ impl Folder {
             }
         };
         Ok(match stream.missing {
-            Some(Missing::Gap) => Box::new(Gapless::new(samples, shown, columns.len(), all.len())),
+            Some(Missing::Gap) => Box::new(Gapless::new(samples, shown, all.len())),
             None => samples,
         })
     }

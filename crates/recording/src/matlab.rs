@@ -13,18 +13,7 @@ use crate::description::Axis;
 /// Kinds of elements, with what NumPy calls the numbers in them.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-const NUMBERS: [(u32, &str); 10] = [
-    (1, "i1"),
-    (2, "u1"),
-    (3, "i2"),
-    (4, "u2"),
-    (5, "i4"),
-    (6, "u4"),
-    (7, "f4"),
-    (9, "f8"),
-    (12, "i8"),
-    (13, "u8"),
-];
+const NUMBERS: [&str; 14] = ["", "i1", "u1", "i2", "u2", "i4", "u4", "f4", "", "f8", "", "", "i8", "u8"];
 
 /// Classes of arrays that hold numbers, and the mark of complex ones.
 const CLASSES: std::ops::RangeInclusive<u32> = 6..=15;
@@ -32,6 +21,9 @@ const COMPLEX: u32 = 0x800;
 
 /// Bytes of the header, whose last two tell the order of bytes.
 const HEADER_BYTES: u64 = 128;
+
+/// Most names of arrays in a message.
+const MOST_NAMES: usize = 20;
 
 /// Where the superblock of a file of v7.3 is.
 const HDF5_AT: usize = 512;
@@ -44,34 +36,25 @@ pub(crate) fn is_hdf5(file: &mut File) -> io::Result<bool> {
     Ok(head.get(HDF5_AT..) == Some(b"\x89HDF\r\n\x1a\n"))
 }
 
-/// Words of a file, in its order of bytes.
-#[derive(Clone, Copy)]
-struct Order {
-    is_big_endian: bool,
+/// The words in some bytes.
+fn words(bytes: &[u8], is_big_endian: bool) -> Vec<u32> {
+    let word = if is_big_endian { u32::from_be_bytes } else { u32::from_le_bytes };
+    bytes.chunks(4).filter_map(|bytes| bytes.first_chunk().copied().map(word)).collect()
 }
 
-impl Order {
-    fn words(self, bytes: &[u8]) -> Vec<u32> {
-        let word = |bytes: &[u8; 4]| {
-            if self.is_big_endian { u32::from_be_bytes(*bytes) } else { u32::from_le_bytes(*bytes) }
-        };
-        bytes.chunks(4).filter_map(|bytes| bytes.first_chunk().map(word)).collect()
+/// Kind and content of the next element, as long as there is room; a short one shares its words with its content.
+fn element(from: &mut dyn Read, is_big_endian: bool, room: &mut u64) -> Result<(usize, Vec<u8>), String> {
+    let mut tag = [0; 8];
+    from.read_exact(&mut tag).map_err(|_| "an array that ends in its header")?;
+    let [kind, bytes] = words(&tag, is_big_endian)[..] else { unreachable!("eight bytes are two words") };
+    if kind >> 16 > 0 {
+        let short = ((kind >> 16) as usize).min(4);
+        return Ok(((kind & 0xffff) as usize, tag[4..4 + short].to_vec()));
     }
-
-    /// Kind and content of the next element, as long as there is room; a short one shares its words with its content.
-    fn element(self, from: &mut dyn Read, room: &mut u64) -> Result<(u32, Vec<u8>), String> {
-        let mut tag = [0; 8];
-        from.read_exact(&mut tag).map_err(|_| "an array that ends in its header")?;
-        let words = self.words(&tag);
-        let (short, kind) = (words[0] >> 16, words[0] & 0xffff);
-        if short > 0 {
-            return Ok((kind, tag[4..].iter().copied().take(short as usize).collect()));
-        }
-        let content = whole(from.take(words[1].into()), room)?;
-        let padding = (words[1] as u64).next_multiple_of(8) - u64::from(words[1]);
-        io::copy(&mut from.take(padding), &mut io::sink()).map_err(|error| error.to_string())?;
-        Ok((kind, content))
-    }
+    let content = whole(from.take(bytes.into()), room)?;
+    let padding = bytes.wrapping_neg() % 8;
+    io::copy(&mut from.take(padding.into()), &mut io::sink()).map_err(|error| error.to_string())?;
+    Ok((kind as usize, content))
 }
 
 /// The array of a name, as long as there is room. Vectors have a side of 1.
@@ -86,10 +69,10 @@ pub(crate) fn array(
     file.seek(SeekFrom::Start(0))
         .and_then(|_| file.read_exact(&mut head))
         .map_err(|_| "not a file of MATLAB")?;
-    let order = match &head[124..] {
-        [0, 1, b'I', b'M'] => Order { is_big_endian: false },
-        [1, 0, b'M', b'I'] => Order { is_big_endian: true },
-        _ => return Err("not a file of MATLAB".to_owned()),
+    let is_big_endian = match &head[124..] {
+        [0, 1, b'I', b'M'] => false,
+        [1, 0, b'M', b'I'] => true,
+        _ => return Err("not a file of MATLAB before v7.3".to_owned()),
     };
     let (mut at, mut names) = (HEADER_BYTES, Vec::new());
     loop {
@@ -98,47 +81,38 @@ pub(crate) fn array(
         if file.read_exact(&mut tag).is_err() {
             return Err(format!("no array {name:?}; there are {}", names.join(", ")));
         }
-        let (kind, bytes) = match order.words(&tag)[..] {
-            [kind, bytes] => (kind, u64::from(bytes)),
-            _ => (0, 0),
-        };
-        at += 8 + bytes;
+        let [kind, bytes] = words(&tag, is_big_endian)[..] else { unreachable!("eight bytes are two words") };
+        at += 8 + u64::from(bytes);
+        let content = (&*file).take(bytes.into());
         let mut inside: Box<dyn Read> = match kind {
-            MATRIX => Box::new((&*file).take(bytes)),
+            MATRIX => Box::new(content),
             COMPRESSED => {
-                let mut unpacked = ZlibDecoder::new((&*file).take(bytes));
+                let mut unpacked = ZlibDecoder::new(content);
                 unpacked.read_exact(&mut tag).map_err(io)?;
                 Box::new(unpacked)
             }
             _ => continue,
         };
-        let (_, flags) = order.element(&mut inside, room)?;
-        let (_, sizes) = order.element(&mut inside, room)?;
-        let (_, found) = order.element(&mut inside, room)?;
+        let mut next = || element(&mut inside, is_big_endian, room);
+        let (flags, sizes, found) = (next()?.1, next()?.1, next()?.1);
         if found != name.as_bytes() {
-            names.push(String::from_utf8_lossy(&found).into_owned());
+            names.extend(
+                Some(String::from_utf8_lossy(&found).into_owned()).filter(|_| names.len() < MOST_NAMES),
+            );
             continue;
         }
-        let flags = order.words(&flags).first().copied().unwrap_or_default();
+        let flags = words(&flags, is_big_endian).first().copied().unwrap_or_default();
         if !CLASSES.contains(&(flags & 0xff)) || flags & COMPLEX != 0 {
             return Err("not an array of real numbers".to_owned());
         }
-        let (kind, content) = order.element(&mut inside, room)?;
-        let named = NUMBERS.iter().find(|(known, _)| *known == kind).map(|(_, named)| *named);
-        let numbers = named.and_then(|named| {
-            Numbers::of(&format!("{}{named}", if order.is_big_endian { '>' } else { '<' }))
-        });
-        let mut sizes: Vec<u64> = order.words(&sizes).into_iter().map(u64::from).collect();
+        let (kind, content) = next()?;
+        let order = if is_big_endian { '>' } else { '<' };
+        let numbers = NUMBERS.get(kind).and_then(|named| Numbers::of(&format!("{order}{named}")));
+        let mut sizes: Vec<u64> = words(&sizes, is_big_endian).into_iter().map(u64::from).collect();
         if sizes.len() == 2 && sizes.contains(&1) {
             sizes = vec![sizes[0] * sizes[1]];
         }
-        return Stored::new(
-            Box::new(Cursor::new(content)),
-            0,
-            numbers.ok_or("no numbers")?,
-            true,
-            sizes,
-            axis,
-        );
+        let source = Box::new(Cursor::new(content));
+        return Stored::new(source, 0, numbers.ok_or("no numbers")?, true, sizes, axis);
     }
 }

@@ -19,13 +19,19 @@ pub trait Samples {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError>;
 
     /// How many samples each channel has, if that is known before all have been read.
-    fn known_length(&self) -> Option<u64>;
+    fn known_length(&self) -> Option<u64> {
+        None
+    }
 
     /// Where a sample stands, for messages.
-    fn place(&self, sample: u64) -> Place;
+    fn place(&self, sample: u64) -> Place {
+        Place::Sample(sample)
+    }
 
-    /// The units of the channels that the source itself states.
-    fn units(&self) -> Vec<Option<String>>;
+    /// The unit of a channel, from 0, if the source itself states it.
+    fn unit(&self, _channel: usize) -> Option<String> {
+        None
+    }
 
     /// The samples left out so far.
     fn gaps(&self) -> &[Gap] {

@@ -103,7 +103,8 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
     let files = folder.files(stream)?;
     let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
     let opened = folder.open(stream, &files[0], &columns)?;
-    for (channel, stated) in stream.sensors.iter_mut().chain(&mut stream.channel).zip(opened.units()) {
+    for (n, channel) in stream.sensors.iter_mut().chain(&mut stream.channel).enumerate() {
+        let stated = opened.unit(n);
         channel.scale = channel.scale_by(stated.as_deref()).map_err(|problem| {
             let place = if stated.is_some() { above(opened.place(0)) } else { Place::File };
             let accepted = "a unit of what the channel measures";
@@ -168,7 +169,7 @@ impl Time {
     /// # Errors
     /// The unit, if it is none of time.
     pub(crate) fn unit_of(&self, samples: &dyn Samples) -> Result<Unit, String> {
-        let stated = samples.units()[0].clone();
+        let stated = samples.unit(0);
         let unit = match &stated {
             Some(stated) => Unit::of(stated),
             None => self.unit.clone().or_else(|| Unit::of("s")),

@@ -21,6 +21,9 @@ const FEW: usize = 256;
 
 const MOST_CHANNELS: u64 = 1 << 16;
 
+/// What is wrong with a file, in our words or those of a library.
+pub(crate) type Problem = Box<dyn std::error::Error>;
+
 /// Appends numbers to a row: of the bytes, in pieces of so many each, the one that starts so far into each piece.
 type Decode = fn(&[u8], usize, usize, &mut Vec<f64>);
 
@@ -79,23 +82,23 @@ impl Source for Cursor<Vec<u8>> {}
 
 /// Samples and channels of an array, and how many numbers the next one of either is further on, with the first index
 /// the slowest one. Of a single dimension all are samples.
-pub(crate) fn sides(sizes: &[u64], axis: Axis) -> Result<[(u64, u64); 2], String> {
+pub(crate) fn sides(sizes: &[u64], axis: Axis) -> Result<[(u64, u64); 2], Problem> {
     let sides = match *sizes {
         [samples] => [(samples, 1), (1, samples)],
         [rows, across] if axis == Axis::ChannelsFirst => [(across, 1), (rows, across)],
         [rows, across] => [(rows, across), (across, 1)],
-        _ => return Err(format!("an array of {} dimensions", sizes.len())),
+        _ => return Err(format!("an array of {} dimensions", sizes.len()).into()),
     };
     if sides[1].0 > MOST_CHANNELS {
-        return Err(format!("{} channels; axis says which side they are", sides[1].0));
+        return Err(format!("{} channels; axis says which side they are", sides[1].0).into());
     }
     Ok(sides)
 }
 
 /// Reads the rest of a source, as long as there is room.
-pub(crate) fn whole(source: impl Read, room: &mut u64) -> Result<Vec<u8>, String> {
+pub(crate) fn whole(source: impl Read, room: &mut u64) -> Result<Vec<u8>, Problem> {
     let mut bytes = Vec::new();
-    source.take(*room + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    source.take(*room + 1).read_to_end(&mut bytes)?;
     *room = room.checked_sub(bytes.len() as u64).ok_or("more than 1 GiB, which is read whole")?;
     Ok(bytes)
 }
@@ -117,19 +120,15 @@ impl Stored {
         numbers: Numbers,
         is_fortran: bool,
         mut sizes: Vec<u64>,
-        axis: Axis,
-    ) -> Result<Box<dyn Grid>, String> {
-        let length = source.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
+        mut axis: Axis,
+    ) -> Result<Box<dyn Grid>, Problem> {
+        let length = source.seek(SeekFrom::End(0))?;
         let stated = sizes.iter().try_fold(numbers.bytes, |all, size| all.checked_mul(*size));
         if stated.and_then(|stated| stated.checked_add(at)) != Some(length) {
-            return Err(format!("{length} bytes, which is not what its header says"));
+            return Err(format!("{length} bytes, which is not what its header says").into());
         }
-        let axis = match is_fortran {
-            true => axis.turned(),
-            false => axis,
-        };
         if is_fortran {
-            sizes.reverse();
+            (sizes, axis) = (sizes.into_iter().rev().collect(), axis.turned());
         }
         let sides = sides(&sizes, axis)?;
         Ok(Box::new(Stored { source, numbers, at, sides, bytes: Vec::new() }))
@@ -188,14 +187,14 @@ impl Arrays {
         shown: &Path,
         stream: &Stream,
         columns: &[Column],
-        find: &mut dyn FnMut(&str) -> Result<Box<dyn Grid>, String>,
+        find: &mut dyn FnMut(&str) -> Result<Box<dyn Grid>, Problem>,
     ) -> Result<Arrays, RecordingError> {
         let mut grids: Vec<(Box<dyn Grid>, Vec<u64>)> = Vec::new();
         let mut opened = None;
         for column in columns {
-            let refused = |problem: String| {
+            let refused = |problem: Problem| {
                 let accepted = "arrays of integers or floating-point numbers, of one or two dimensions";
-                RecordingError::from(InputFault::new(shown, Place::File, problem, accepted).of(column))
+                InputFault::new(shown, Place::File, problem.to_string(), accepted).of(column)
             };
             let dataset = stream.dataset.as_deref().unwrap_or("*");
             let (name, number) = match column {
@@ -210,7 +209,7 @@ impl Arrays {
             let count = grid.sides()[1];
             let channel = number.unwrap_or(if count == 1 { 1 } else { 0 });
             if !(1..=count).contains(&channel) {
-                return Err(refused(format!("no such channel; there are {count}")));
+                return Err(refused(format!("no such channel; there are {count}").into()).into());
             }
             channels.push(channel - 1);
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use hdf5_reader::error::{ByteOrder, Error};
 use hdf5_reader::{Dataset, Datatype, FileStorage, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
 
-use crate::array::{Grid, Numbers, sides};
+use crate::array::{Grid, Numbers, Problem, sides};
 use crate::description::Axis;
 
 /// Most bytes of a chunk, of the chunks that are kept, and of what is read at once.
@@ -59,13 +59,13 @@ impl H5Type for Number {
 }
 
 /// Opens a file; what is linked from it stays closed.
-pub(crate) fn open(file: File) -> Result<Hdf5File, String> {
+pub(crate) fn open(file: File) -> Result<Hdf5File, Problem> {
     let options = OpenOptions::default()
         .with_max_chunk_bytes(MOST_BYTES)
         .with_chunk_cache_bytes(MOST_BYTES)
         .with_max_read_bytes(MOST_BYTES);
-    let storage = FileStorage::from_file(file).map_err(|error| error.to_string())?;
-    Hdf5File::from_storage_with_options(Arc::new(storage), options).map_err(|error| error.to_string())
+    let storage = FileStorage::from_file(file)?;
+    Ok(Hdf5File::from_storage_with_options(Arc::new(storage), options)?)
 }
 
 /// An array of a file. As MATLAB shows it, it is turned, and a vector has a side of 1.
@@ -74,7 +74,7 @@ pub(crate) fn array(
     name: &str,
     axis: Axis,
     is_matlab: bool,
-) -> Result<Box<dyn Grid>, String> {
+) -> Result<Box<dyn Grid>, Problem> {
     let dataset = file.dataset(name).map_err(|error| {
         let names = file.root_group().and_then(|root| root.member_names());
         let names = names.map_or(String::new(), |(_, arrays)| format!("; there are {}", arrays.join(", ")));
@@ -85,7 +85,7 @@ pub(crate) fn array(
     let all = sizes.iter().try_fold(bytes, |all, size| all.checked_mul(*size));
     let length = file.storage().len();
     if all.is_none_or(|all| all > length.saturating_mul(LARGEST_RATIO)) {
-        return Err(format!("it claims {sizes:?} numbers in a file of {length} bytes"));
+        return Err(format!("it claims {sizes:?} numbers in a file of {length} bytes").into());
     }
     let axis = match (is_matlab, &sizes[..]) {
         (true, [1, _]) => Axis::ChannelsFirst,

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use zip::ZipArchive;
 
-use crate::array::{Arrays, Grid, MOST_IN_MEMORY, Stored};
+use crate::array::{Arrays, Grid, MOST_IN_MEMORY, Problem, Stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
@@ -56,6 +56,13 @@ impl Folder {
         Ok((path, shown))
     }
 
+    /// A file that is named in the description, and its path as it is shown.
+    fn file(&self, named: &str) -> Result<(File, PathBuf), RecordingError> {
+        let (path, shown) = self.inside(named)?;
+        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        Ok((file, shown))
+    }
+
     /// The files of a stream: of segments in the order of the numbers in place of the `*`.
     pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>, RecordingError> {
         let Some((before, after)) = stream.file.split_once('*') else { return Ok(vec![stream.file.clone()]) };
@@ -85,8 +92,7 @@ impl Folder {
         named: &str,
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
-        let (path, shown) = self.inside(named)?;
-        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let (file, shown) = self.file(named)?;
         let mut all = columns.to_vec();
         if stream.missing.is_some() {
             // What is missing in one is a gap of all.
@@ -97,7 +103,7 @@ impl Folder {
             Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
             kind => {
                 let mut find = arrays(kind, file, stream).map_err(|problem| {
-                    InputFault::new(&shown, Place::File, problem, "a file as its kind says")
+                    InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
                 })?;
                 Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
             }
@@ -110,8 +116,7 @@ impl Folder {
 
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
-        let (path, shown) = self.inside(&starts.file)?;
-        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let (file, shown) = self.file(&starts.file)?;
         let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
         let mut block = vec![Vec::new()];
         table.next(MOST_SEGMENTS + 1, &mut block)?;
@@ -126,8 +131,7 @@ impl Folder {
 
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str) -> Result<Input, RecordingError> {
-        let (path, shown) = self.inside(named)?;
-        let mut file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let (mut file, shown) = self.file(named)?;
         let mut hasher = blake3::Hasher::new();
         let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
         Ok(Input { path: named.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
@@ -135,47 +139,34 @@ impl Folder {
 }
 
 /// Opens an array by its name.
-type Find = Box<dyn FnMut(&str) -> Result<Box<dyn Grid>, String>>;
+type Find = Box<dyn FnMut(&str) -> Result<Box<dyn Grid>, Problem>>;
 
 /// What opens the arrays in a file of a stream.
-fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, String> {
+fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> {
     let (axis, mut room) = (stream.axis, MOST_IN_MEMORY);
-    let words = |error: std::io::Error| error.to_string();
-    let alone: fn(&str) -> Result<(), String> = |name| match name {
-        "" => Ok(()),
-        _ => Err("channels of one array have numbers".to_owned()),
-    };
+    let (numbers, at) = (stream.numbers, stream.skip_bytes.into());
+    let channels = stream.channels_in_file.map_or(1, |channels| u64::from(channels.get()));
     Ok(match kind {
         Kind::Npz => {
-            let mut archive = ZipArchive::new(file).map_err(|error| error.to_string())?;
+            let mut archive = ZipArchive::new(file)?;
             Box::new(move |name| npy::member(&mut archive, name, axis, &mut room))
         }
-        Kind::Mat if !matlab::is_hdf5(&mut file).map_err(words)? => {
+        Kind::Mat if !matlab::is_hdf5(&mut file)? => {
             Box::new(move |name| matlab::array(&mut file, name, axis, &mut room))
         }
         Kind::Mat | Kind::Hdf5 => {
             let file = hdf5::open(file)?;
             Box::new(move |name| hdf5::array(&file, name, axis, kind == Kind::Mat))
         }
-        Kind::Raw => {
-            let (numbers, at) =
-                (stream.numbers.ok_or("numbers are not given")?, u64::from(stream.skip_bytes));
-            let channels = stream.channels_in_file.map_or(1, |channels| u64::from(channels.get()));
-            Box::new(move |name| {
-                alone(name)?;
-                let bytes = file.metadata().map_err(words)?.len().saturating_sub(at);
-                let samples = bytes / (channels * numbers.bytes);
-                let sizes = if axis == Axis::SamplesFirst {
-                    vec![samples, channels]
-                } else {
-                    vec![channels, samples]
-                };
-                Stored::new(Box::new(file.try_clone().map_err(words)?), at, numbers, false, sizes, axis)
-            })
-        }
-        Kind::Npy | Kind::Csv => Box::new(move |name| {
-            alone(name)?;
-            npy::array(Box::new(file.try_clone().map_err(words)?), axis)
+        Kind::Raw | Kind::Npy | Kind::Csv => Box::new(move |name| {
+            if !name.is_empty() {
+                return Err("channels of one array have numbers".into());
+            }
+            let source = Box::new(file.try_clone()?);
+            let Some(numbers) = numbers else { return npy::array(source, axis) };
+            let samples = file.metadata()?.len().saturating_sub(at) / (channels * numbers.bytes);
+            let is_turned = axis == Axis::ChannelsFirst;
+            Stored::new(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
         }),
     })
 }

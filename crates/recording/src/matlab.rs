@@ -7,7 +7,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
 
-use crate::array::{Grid, Numbers, Stored, whole};
+use crate::array::{Grid, Numbers, Problem, Stored, whole};
 use crate::description::Axis;
 
 /// Kinds of elements, with what NumPy calls the numbers in them.
@@ -43,7 +43,7 @@ fn words(bytes: &[u8], is_big_endian: bool) -> Vec<u32> {
 }
 
 /// Kind and content of the next element, as long as there is room; a short one shares its words with its content.
-fn element(from: &mut dyn Read, is_big_endian: bool, room: &mut u64) -> Result<(usize, Vec<u8>), String> {
+fn element(from: &mut dyn Read, is_big_endian: bool, room: &mut u64) -> Result<(usize, Vec<u8>), Problem> {
     let mut tag = [0; 8];
     from.read_exact(&mut tag).map_err(|_| "an array that ends in its header")?;
     let [kind, bytes] = words(&tag, is_big_endian)[..] else { unreachable!("eight bytes are two words") };
@@ -53,7 +53,7 @@ fn element(from: &mut dyn Read, is_big_endian: bool, room: &mut u64) -> Result<(
     }
     let content = whole(from.take(bytes.into()), room)?;
     let padding = bytes.wrapping_neg() % 8;
-    io::copy(&mut from.take(padding.into()), &mut io::sink()).map_err(|error| error.to_string())?;
+    io::copy(&mut from.take(padding.into()), &mut io::sink())?;
     Ok((kind as usize, content))
 }
 
@@ -63,8 +63,7 @@ pub(crate) fn array(
     name: &str,
     axis: Axis,
     room: &mut u64,
-) -> Result<Box<dyn Grid>, String> {
-    let io = |error: io::Error| error.to_string();
+) -> Result<Box<dyn Grid>, Problem> {
     let mut head = [0; HEADER_BYTES as usize];
     file.seek(SeekFrom::Start(0))
         .and_then(|_| file.read_exact(&mut head))
@@ -72,14 +71,14 @@ pub(crate) fn array(
     let is_big_endian = match &head[124..] {
         [0, 1, b'I', b'M'] => false,
         [1, 0, b'M', b'I'] => true,
-        _ => return Err("not a file of MATLAB before v7.3".to_owned()),
+        _ => return Err("not a file of MATLAB before v7.3".into()),
     };
     let (mut at, mut names) = (HEADER_BYTES, Vec::new());
     loop {
         let mut tag = [0; 8];
-        file.seek(SeekFrom::Start(at)).map_err(io)?;
+        file.seek(SeekFrom::Start(at))?;
         if file.read_exact(&mut tag).is_err() {
-            return Err(format!("no array {name:?}; there are {}", names.join(", ")));
+            return Err(format!("no array {name:?}; there are {}", names.join(", ")).into());
         }
         let [kind, bytes] = words(&tag, is_big_endian)[..] else { unreachable!("eight bytes are two words") };
         at += 8 + u64::from(bytes);
@@ -88,7 +87,7 @@ pub(crate) fn array(
             MATRIX => Box::new(content),
             COMPRESSED => {
                 let mut unpacked = ZlibDecoder::new(content);
-                unpacked.read_exact(&mut tag).map_err(io)?;
+                unpacked.read_exact(&mut tag)?;
                 Box::new(unpacked)
             }
             _ => continue,
@@ -103,7 +102,7 @@ pub(crate) fn array(
         }
         let flags = words(&flags, is_big_endian).first().copied().unwrap_or_default();
         if !CLASSES.contains(&(flags & 0xff)) || flags & COMPLEX != 0 {
-            return Err("not an array of real numbers".to_owned());
+            return Err("not an array of real numbers".into());
         }
         let (kind, content) = next()?;
         let order = if is_big_endian { '>' } else { '<' };

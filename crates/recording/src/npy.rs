@@ -8,23 +8,23 @@ use std::io::{Cursor, SeekFrom};
 
 use zip::ZipArchive;
 
-use crate::array::{Grid, Numbers, Source, Stored, whole};
+use crate::array::{Grid, Numbers, Problem, Source, Stored, whole};
 use crate::description::Axis;
 
 /// The longest header that is read.
 const LONGEST_HEADER_BYTES: u64 = 1 << 16;
 
 /// The array of a file.
-pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Result<Box<dyn Grid>, String> {
+pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Result<Box<dyn Grid>, Problem> {
     let mut head = [0; 12];
     let read = source.seek(SeekFrom::Start(0)).and_then(|_| source.read_exact(&mut head));
     let (at, bytes) = match (&head[..6], head[6], head) {
         (b"\x93NUMPY", 1, [.., a, b, _, _]) if read.is_ok() => (10, u64::from(u16::from_le_bytes([a, b]))),
         (b"\x93NUMPY", 2 | 3, [.., a, b, c, d]) => (12, u32::from_le_bytes([a, b, c, d]).into()),
-        _ => return Err("not an array of NumPy".to_owned()),
+        _ => return Err("not an array of NumPy".into()),
     };
     if bytes > LONGEST_HEADER_BYTES {
-        return Err("its header is too long".to_owned());
+        return Err("its header is too long".into());
     }
     let mut header = vec![0; bytes as usize];
     let read = source.seek(SeekFrom::Start(at)).and_then(|_| source.read_exact(&mut header));
@@ -50,7 +50,7 @@ pub(crate) fn member(
     name: &str,
     axis: Axis,
     room: &mut u64,
-) -> Result<Box<dyn Grid>, String> {
+) -> Result<Box<dyn Grid>, Problem> {
     let names: Vec<_> = archive.file_names().flatten().collect();
     let names = names.join(", ").replace(".npy", "");
     let file = archive.by_name(&format!("{name}.npy"));

@@ -214,7 +214,7 @@ impl Arrays {
             channels.push(channel - 1);
         }
         let lengths: Vec<u64> = grids.iter().map(|(grid, _)| grid.sides()[0]).collect();
-        if lengths.iter().any(|length| *length != lengths[0]) {
+        if !lengths.iter().all(|length| *length == lengths[0]) {
             let problem = format!("arrays of {lengths:?} samples");
             return Err(InputFault::new(shown, Place::File, problem, "arrays of equal length").into());
         }
@@ -243,14 +243,14 @@ impl Samples for Arrays {
         }
         for (row, column) in block.iter().zip(&self.columns).filter(|_| self.are_complete) {
             // Several at a time first, since most have none.
-            let are_finite = |few: &[f64]| few.iter().fold(true, |all, value| all & value.is_finite());
-            if row.chunks(64).all(are_finite) {
-                continue;
+            let has_any = |few: &[f64]| few.iter().fold(false, |any, value| any | !value.is_finite());
+            if row.chunks(64).any(has_any)
+                && let Some(at) = row.iter().position(|value| !value.is_finite())
+            {
+                let place = Place::Sample(self.next + at as u64);
+                let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
+                return Err(fault.of(column).with(Some(row[at].to_string())).into());
             }
-            let at = row.iter().position(|value| !value.is_finite()).unwrap_or_default();
-            let place = Place::Sample(self.next + at as u64);
-            let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
-            return Err(fault.of(column).with(Some(row[at].to_string())).into());
         }
         self.next += count;
         Ok(count as usize)

@@ -27,7 +27,7 @@ pub enum RecordingError {
     },
     /// A file holds what is not accepted.
     #[error(transparent)]
-    Input(Box<InputFault>),
+    Input(#[from] Box<InputFault>),
 }
 
 impl RecordingError {
@@ -107,9 +107,3 @@ impl fmt::Display for InputFault {
 }
 
 impl std::error::Error for InputFault {}
-
-impl From<Box<InputFault>> for RecordingError {
-    fn from(fault: Box<InputFault>) -> RecordingError {
-        RecordingError::Input(fault)
-    }
-}

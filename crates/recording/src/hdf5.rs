@@ -5,13 +5,13 @@ use std::io;
 use std::sync::Arc;
 
 use hdf5_reader::error::{ByteOrder, Error};
-use hdf5_reader::{Dataset, Datatype, FileStorage, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
+use hdf5_reader::{Dataset, Datatype, FileStorage, H5Type, Hdf5File, SliceInfo, SliceInfoElem};
 
 use crate::array::{Grid, Numbers, Problem, sides};
 use crate::description::Axis;
 
 /// Most bytes of a chunk, of the chunks that are kept, and of what is read at once.
-const MOST_BYTES: usize = 1 << 25;
+const MOST_BYTES: usize = 1 << 26;
 
 /// By at most so much compression makes numbers shorter: what claims more is no recording.
 const LARGEST_RATIO: u64 = 1100;
@@ -40,10 +40,9 @@ impl H5Type for Number {
         f64::hdf5_type()
     }
 
-    fn from_bytes(bytes: &[u8], kind: &Datatype) -> Result<Number, Error> {
-        let decoded = Number::decode_vec(bytes, kind, 1).transpose()?;
-        let number = decoded.and_then(|numbers| numbers.into_iter().next());
-        number.ok_or_else(|| Error::InvalidData("no number".to_owned()))
+    /// Of a kind that is not decoded many at once.
+    fn from_bytes(_: &[u8], kind: &Datatype) -> Result<Number, Error> {
+        Err(Error::InvalidData(format!("{kind:?} is no number")))
     }
 
     fn element_size(kind: &Datatype) -> usize {
@@ -60,7 +59,7 @@ impl H5Type for Number {
 
 /// Opens a file; what is linked from it stays closed.
 pub(crate) fn open(file: File) -> Result<Hdf5File, Problem> {
-    let options = OpenOptions::default()
+    let options = hdf5_reader::OpenOptions::default()
         .with_max_chunk_bytes(MOST_BYTES)
         .with_chunk_cache_bytes(MOST_BYTES)
         .with_max_read_bytes(MOST_BYTES);
@@ -109,11 +108,10 @@ impl Grid for Array {
     }
 
     fn read(&mut self, from: u64, count: u64, channels: &[u64], rows: &mut [Vec<f64>]) -> io::Result<()> {
-        let (first, last) = (channels.iter().min().copied(), channels.iter().max().copied());
-        let (first, across) = (first.unwrap_or(0), last.unwrap_or(0) + 1 - first.unwrap_or(0));
+        let first = channels.iter().copied().min().unwrap_or_default();
+        let across = channels.iter().map(|channel| channel + 1 - first).max().unwrap_or(1);
         let range = |start, count| SliceInfoElem::Slice { start, end: start + count, step: 1 };
-        let piece = (PIECE / across).max(1);
-        let end = from + count;
+        let (piece, end) = ((PIECE / across).max(1), from + count);
         for from in (from..end).step_by(piece as usize) {
             let count = piece.min(end - from);
             let (samples, of_channels) = (range(from, count), range(first, across));
@@ -122,13 +120,11 @@ impl Grid for Array {
                 Axis::ChannelsFirst => (vec![of_channels, samples], 1, count),
                 Axis::SamplesFirst => (vec![samples, of_channels], across, 1),
             };
-            let read =
-                self.dataset.read_slice::<Number>(&SliceInfo { selections }).map_err(io::Error::other)?;
-            let read = read.as_slice().unwrap_or_default();
+            let read = self.dataset.read_slice::<Number>(&SliceInfo { selections });
+            let read = read.map_err(io::Error::other)?;
             for (channel, row) in channels.iter().zip(&mut *rows) {
-                let of_channel =
-                    read.iter().skip(((channel - first) * between) as usize).step_by(apart as usize);
-                row.extend(of_channel.take(count as usize).map(|number| number.0));
+                let behind = read.iter().skip(((channel - first) * between) as usize);
+                row.extend(behind.step_by(apart as usize).take(count as usize).map(|number| number.0));
             }
         }
         Ok(())

@@ -141,14 +141,8 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
                 for gap in samples.gaps().iter().chain([&Gap { at: all, missing: 0 }]) {
                     if gap.at > begin {
                         let (from, samples) = (begin + left_out, gap.at - begin);
-                        found.push(Part {
-                            file,
-                            from,
-                            samples,
-                            times_s: vec![at_s(from)],
-                            interval_s,
-                            missing,
-                        });
+                        let times_s = vec![at_s(from)];
+                        found.push(Part { file, from, samples, times_s, interval_s, missing });
                         missing = 0;
                     }
                     (begin, left_out, missing) = (gap.at, left_out + gap.missing, missing + gap.missing);
@@ -210,12 +204,8 @@ fn times(
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let interval = crate::window::median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
-        return Err(fault(
-            Place::File,
-            None,
-            "times that do not ascend".to_owned(),
-            "two samples, the later behind",
-        ));
+        let problem = "times that do not ascend".to_owned();
+        return Err(fault(Place::File, None, problem, "two samples, the later behind"));
     }
     // Times are printed with some digits, of which the last may be off by one.
     let digit = first.iter().map(|time| last_digit(*time)).fold(f64::INFINITY, f64::min);
@@ -226,6 +216,10 @@ fn times(
     let fresh = |from, missing| Part { file: 0, from, samples: 0, times_s: Vec::new(), interval_s, missing };
     let (mut at, mut last, mut left_out, mut gaps) = (0, f64::NAN, 0, 0);
     let mut part = fresh(0, 0);
+    let off = |step: f64| {
+        let [step, due] = [step, interval].map(|step| shown(step, digit));
+        format!("{step} {in_words} where {due} {in_words} is the interval")
+    };
     loop {
         for &time in &block[0] {
             let gap = samples.gaps().get(gaps).filter(|gap| gap.at == at);
@@ -234,23 +228,18 @@ fn times(
             left_out += missing;
             let step = time - last;
             let place = samples.place(at + left_out);
-            let told = || Some(shown(time, digit));
-            let refused = |problem: String, accepted| Err(fault(place, told(), problem, accepted));
+            let refused =
+                |problem: String, accepted| Err(fault(place, Some(shown(time, digit)), problem, accepted));
             let is_gap = missing > 0 || step > GAP * interval;
-            if step < 0.0 {
-                return refused("time runs back".to_owned(), "times that ascend");
-            } else if step == 0.0 {
-                return refused("time repeats".to_owned(), "times that ascend");
+            if step <= 0.0 {
+                let problem = if step < 0.0 { "time runs back" } else { "time repeats" };
+                return refused(problem.to_owned(), "times that ascend");
             } else if stream.resample.is_some() {
                 // Any interval.
-            } else if is_gap && missing == 0 && stream.gaps == Gaps::Refuse {
-                let [gap, due] = [step, interval].map(|step| shown(step, digit));
-                let problem = format!("gap of {gap} {in_words} where {due} {in_words} is the interval");
-                return refused(problem, "equal intervals, or gaps = \"allow\"");
+            } else if missing == 0 && is_gap && stream.gaps == Gaps::Refuse {
+                return refused(format!("gap of {}", off(step)), "equal intervals, or gaps = \"allow\"");
             } else if !is_gap && (step - interval).abs() > tolerance {
-                let [step, due] = [step, interval].map(|step| shown(step, digit));
-                let problem = format!("{step} {in_words} where {due} {in_words} is the interval");
-                return refused(problem, "intervals equal to 1 %, or resample = \"linear\"");
+                return refused(off(step), "intervals equal to 1 %, or resample = \"linear\"");
             }
             if is_gap && stream.resample.is_none() {
                 let next = fresh(at + left_out, missing);

@@ -75,6 +75,9 @@ pub(crate) trait Grid {
     fn read(&mut self, from: u64, count: u64, channels: &[u64], rows: &mut [Vec<f64>]) -> io::Result<()>;
 }
 
+/// An array, or what is wrong with it.
+pub(crate) type Opened = Result<Box<dyn Grid>, Problem>;
+
 /// Where bytes come from.
 pub(crate) trait Source: Read + Seek {}
 impl Source for File {}
@@ -114,14 +117,14 @@ pub(crate) struct Stored {
 
 impl Stored {
     /// The array from a byte of a source on, up to its end. Columns lie together if `is_fortran`.
-    pub(crate) fn new(
+    pub(crate) fn open(
         mut source: Box<dyn Source>,
         at: u64,
         numbers: Numbers,
         is_fortran: bool,
         mut sizes: Vec<u64>,
         mut axis: Axis,
-    ) -> Result<Box<dyn Grid>, Problem> {
+    ) -> Opened {
         let length = source.seek(SeekFrom::End(0))?;
         let stated = sizes.iter().try_fold(numbers.bytes, |all, size| all.checked_mul(*size));
         if stated.and_then(|stated| stated.checked_add(at)) != Some(length) {
@@ -187,7 +190,7 @@ impl Arrays {
         shown: &Path,
         stream: &Stream,
         columns: &[Column],
-        find: &mut dyn FnMut(&str) -> Result<Box<dyn Grid>, Problem>,
+        find: &mut dyn FnMut(&str) -> Opened,
     ) -> Result<Arrays, RecordingError> {
         let mut grids: Vec<(Box<dyn Grid>, Vec<u64>)> = Vec::new();
         let mut opened = None;

@@ -14,9 +14,12 @@ use crate::samples::{Block, Column, Samples};
 /// Of these the first that a heading contains separates its cells, if no other is given.
 const DELIMITERS: [u8; 3] = [b'\t', b';', b','];
 
+/// The heading, and what is behind it.
+type Text = Chain<Cursor<Vec<u8>>, BufReader<ShortLines<File>>>;
+
 /// A table with a heading, and with a row of units behind it if so described.
 pub(crate) struct Csv {
-    reader: csv::Reader<Chain<Cursor<Vec<u8>>, BufReader<ShortLines<File>>>>,
+    reader: csv::Reader<Text>,
     path: PathBuf,
     heading: Vec<String>,
     units: Vec<String>,

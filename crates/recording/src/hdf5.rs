@@ -7,7 +7,7 @@ use std::sync::Arc;
 use hdf5_reader::error::{ByteOrder, Error};
 use hdf5_reader::{Dataset, Datatype, FileStorage, H5Type, Hdf5File, SliceInfo, SliceInfoElem};
 
-use crate::array::{Grid, Numbers, Problem, sides};
+use crate::array::{Grid, Numbers, Opened, Problem, sides};
 use crate::description::Axis;
 
 /// Most bytes of a chunk, of the chunks that are kept, and of what is read at once.
@@ -68,12 +68,7 @@ pub(crate) fn open(file: File) -> Result<Hdf5File, Problem> {
 }
 
 /// An array of a file. As MATLAB shows it, it is turned, and a vector has a side of 1.
-pub(crate) fn array(
-    file: &Hdf5File,
-    name: &str,
-    axis: Axis,
-    is_matlab: bool,
-) -> Result<Box<dyn Grid>, Problem> {
+pub(crate) fn array(file: &Hdf5File, name: &str, axis: Axis, is_matlab: bool) -> Opened {
     let dataset = file.dataset(name).map_err(|error| {
         let names = file.root_group().and_then(|root| root.member_names());
         let names = names.map_or(String::new(), |(_, arrays)| format!("; there are {}", arrays.join(", ")));

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use zip::ZipArchive;
 
-use crate::array::{Arrays, Grid, MOST_IN_MEMORY, Problem, Stored};
+use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
@@ -139,7 +139,7 @@ impl Folder {
 }
 
 /// Opens an array by its name.
-type Find = Box<dyn FnMut(&str) -> Result<Box<dyn Grid>, Problem>>;
+type Find = Box<dyn FnMut(&str) -> Opened>;
 
 /// What opens the arrays in a file of a stream.
 fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> {
@@ -166,7 +166,7 @@ fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> 
             let Some(numbers) = numbers else { return npy::array(source, axis) };
             let samples = file.metadata()?.len().saturating_sub(at) / (channels * numbers.bytes);
             let is_turned = axis == Axis::ChannelsFirst;
-            Stored::new(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
+            Stored::open(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
         }),
     })
 }

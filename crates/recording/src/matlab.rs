@@ -7,7 +7,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
 
-use crate::array::{Grid, Numbers, Problem, Stored, whole};
+use crate::array::{Numbers, Opened, Problem, Stored, whole};
 use crate::description::Axis;
 
 /// Kinds of elements, with what NumPy calls the numbers in them.
@@ -58,12 +58,7 @@ fn element(from: &mut dyn Read, is_big_endian: bool, room: &mut u64) -> Result<(
 }
 
 /// The array of a name, as long as there is room. Vectors have a side of 1.
-pub(crate) fn array(
-    file: &mut File,
-    name: &str,
-    axis: Axis,
-    room: &mut u64,
-) -> Result<Box<dyn Grid>, Problem> {
+pub(crate) fn array(file: &mut File, name: &str, axis: Axis, room: &mut u64) -> Opened {
     let mut head = [0; HEADER_BYTES as usize];
     file.seek(SeekFrom::Start(0))
         .and_then(|_| file.read_exact(&mut head))
@@ -112,6 +107,6 @@ pub(crate) fn array(
             sizes = vec![sizes[0] * sizes[1]];
         }
         let source = Box::new(Cursor::new(content));
-        return Stored::new(source, 0, numbers.ok_or("no numbers")?, true, sizes, axis);
+        return Stored::open(source, 0, numbers.ok_or("no numbers")?, true, sizes, axis);
     }
 }

@@ -8,14 +8,14 @@ use std::io::{Cursor, SeekFrom};
 
 use zip::ZipArchive;
 
-use crate::array::{Grid, Numbers, Problem, Source, Stored, whole};
+use crate::array::{Numbers, Opened, Source, Stored, whole};
 use crate::description::Axis;
 
 /// The longest header that is read.
 const LONGEST_HEADER_BYTES: u64 = 1 << 16;
 
 /// The array of a file.
-pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Result<Box<dyn Grid>, Problem> {
+pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Opened {
     let mut head = [0; 12];
     let read = source.seek(SeekFrom::Start(0)).and_then(|_| source.read_exact(&mut head));
     let (at, bytes) = match (&head[..6], head[6], head) {
@@ -31,7 +31,7 @@ pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Result<Box<dyn G
     read.map_err(|_| "it ends in its header")?;
     let (numbers, is_fortran, sizes) =
         parsed(&String::from_utf8_lossy(&header)).ok_or("a header of another kind")?;
-    Stored::new(source, at + bytes, numbers, is_fortran, sizes, axis)
+    Stored::open(source, at + bytes, numbers, is_fortran, sizes, axis)
 }
 
 /// What the header of an array says: numbers, whether columns lie together, and sizes.
@@ -45,12 +45,7 @@ fn parsed(header: &str) -> Option<(Numbers, bool, Vec<u64>)> {
 }
 
 /// An array of an archive of them, as long as there is room.
-pub(crate) fn member(
-    archive: &mut ZipArchive<File>,
-    name: &str,
-    axis: Axis,
-    room: &mut u64,
-) -> Result<Box<dyn Grid>, Problem> {
+pub(crate) fn member(archive: &mut ZipArchive<File>, name: &str, axis: Axis, room: &mut u64) -> Opened {
     let names: Vec<_> = archive.file_names().flatten().collect();
     let names = names.join(", ").replace(".npy", "");
     let file = archive.by_name(&format!("{name}.npy"));

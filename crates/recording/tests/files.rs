@@ -202,8 +202,8 @@ fn missing_samples_are_a_gap() {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let cut =
         |line: &str, with: &str| line.split_once(',').map(|(time, _)| format!("{time},{with}")).unwrap();
-    for n in 901..951 {
-        lines[n] = cut(&lines[n], if n % 2 == 0 { "" } else { "NaN" });
+    for (n, line) in (901..951).zip(&mut lines[901..951]) {
+        *line = cut(line, if n % 2 == 0 { "" } else { "NaN" });
     }
     lines[1] = cut(&lines[1], "");
     lines[2000] = ",".to_owned();

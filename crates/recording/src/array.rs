@@ -263,3 +263,35 @@ impl Samples for Arrays {
         Some(self.samples)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Numbers, whole};
+
+    #[test]
+    fn what_has_no_room_is_refused() {
+        let mut room = 10;
+        assert_eq!(whole(&[7; 8][..], &mut room).unwrap(), [7; 8]);
+        let error = whole(&[7; 3][..], &mut room).unwrap_err().to_string();
+        assert!(error.contains("1 GiB") && room == 2, "{error}");
+    }
+
+    #[test]
+    fn numbers_of_any_kind_are_decoded() {
+        let mut row = Vec::new();
+        for (name, stored) in [
+            ("<i2", &[0xfe, 0xff, 1, 0][..]),
+            (">u2", &[0xff, 0xfe, 0, 1]),
+            ("|i1", &[0x80, 1]),
+            ("<f4", &[0, 0, 0xc0, 0x3f, 0, 0, 0x80, 0x3f]),
+            ("=u8", &[0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]),
+        ] {
+            let Numbers { bytes, decode } = Numbers::of(name).unwrap();
+            // The first of two, as of interleaved channels, then the second.
+            decode(stored, 2 * bytes as usize, 0, &mut row);
+            decode(stored, 2 * bytes as usize, bytes as usize, &mut row);
+        }
+        assert_eq!(row, [-2.0, 1.0, 65534.0, 1.0, -128.0, 1.0, 1.5, 1.0, 4_294_967_296.0, 1.0]);
+        assert!(["<f2", "i2", "<c8", "<i3", "é", ""].iter().all(|name| Numbers::of(name).is_none()));
+    }
+}

@@ -514,6 +514,12 @@ fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
     must(stream.kind().is_some(), at, format_args!("file = {file:?} (accepted: {kinds})"))?;
     let has_numbers = [stream.numbers.is_some(), stream.channels_in_file.is_some()] == [is_raw; 2];
     must(has_numbers, at, "raw needs numbers and channels_in_file, and only it has them")?;
+    let of_tables = stream.units_row || stream.skip_rows > 0 || stream.delimiter.is_some();
+    let of_arrays = stream.dataset.is_some() || stream.axis == Axis::ChannelsFirst;
+    let is_alien = if stream.kind() == Some(Kind::Csv) { of_arrays } else { of_tables };
+    let owners =
+        "units_row, skip_rows and delimiter are of csv, dataset and axis of arrays, skip_bytes of raw";
+    must(!is_alien && (is_raw || stream.skip_bytes == 0), at, owners)?;
     let is_even = stream.missing.is_none() || stream.resample.is_none();
     must(is_even, at, "resample would fill the gaps of missing (accepted: one of both)")?;
     must(stream.time.is_some() != stream.rate_hz.is_some(), at, "a stream has one of time and rate_hz")?;

@@ -291,6 +291,29 @@ fn a_key_that_is_not_accepted_is_named_with_its_place() {
             ":12:1: positions [0.04, 0.02] (accepted: ascending, from 0 to 0.1)",
         ),
         ("[0.02, 0.04]", "[0.02, 0.2]", ":12:1: positions [0.02, 0.2] (accepted: ascending, from 0 to 0.1)"),
+        (
+            "rate_hz = 1e6",
+            "rate_hz = 1e6\nskip_rows = 1",
+            ":9:1: units_row, skip_rows and delimiter are of csv",
+        ),
+        (
+            "rate_hz = 1e6",
+            "rate_hz = 1e6\nskip_bytes = 1",
+            ":9:1: units_row, skip_rows and delimiter are of csv",
+        ),
+        ("a.npy'", "a.csv'\naxis = 'channels-first'", ":9:1: units_row, skip_rows and delimiter are of csv"),
+        (
+            "a.npy'",
+            "a.bin'\nnumbers = '<i2'",
+            ":9:1: raw needs numbers and channels_in_file, and only it has them",
+        ),
+        ("a.npy'", "a.raw'\nnumbers = 'i2'\nchannels_in_file = 2", ":11:11: numbers = 'i2' is not accepted"),
+        ("a.npy'", "a.tdms'", ":9:1: file = \"a.tdms\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
+        (
+            "rate_hz = 1e6",
+            "time = { column = 1 }\nresample = 'linear'\nmissing = 'gap'",
+            ":9:1: resample would fill the gaps of missing",
+        ),
         ("role = 'slip'", "role = 'acoustic'", ":1:1: nothing from which events follow"),
         ("a.npy", "a.xls", ":9:1: file = \"a.xls\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
     ] {

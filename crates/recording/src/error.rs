@@ -97,12 +97,13 @@ impl fmt::Display for InputFault {
             Place::Sample(sample) => write!(f, ": sample {sample}")?,
         }
         write!(f, ": ")?;
+        // Names and values may be as long as a file makes them.
         match (column, value) {
-            (Some(column), Some(value)) => write!(f, "{column} = {value}: ")?,
-            (Some(column), None) => write!(f, "{column}: ")?,
+            (Some(column), Some(value)) => write!(f, "{column:.200} = {value:.200}: ")?,
+            (Some(column), None) => write!(f, "{column:.200}: ")?,
             _ => {}
         }
-        write!(f, "{problem} (accepted: {accepted})")
+        write!(f, "{problem:.1000} (accepted: {accepted})")
     }
 }
 

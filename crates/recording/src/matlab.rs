@@ -22,9 +22,6 @@ const COMPLEX: u32 = 0x800;
 /// Bytes of the header, whose last two tell the order of bytes.
 const HEADER_BYTES: u64 = 128;
 
-/// Most names of arrays in a message.
-const MOST_NAMES: usize = 20;
-
 /// Where the superblock of a file of v7.3 is.
 const HDF5_AT: usize = 512;
 
@@ -90,9 +87,7 @@ pub(crate) fn array(file: &mut File, name: &str, axis: Axis, room: &mut u64) -> 
         let mut next = || element(&mut inside, is_big_endian, room);
         let (flags, sizes, found) = (next()?.1, next()?.1, next()?.1);
         if found != name.as_bytes() {
-            names.extend(
-                Some(String::from_utf8_lossy(&found).into_owned()).filter(|_| names.len() < MOST_NAMES),
-            );
+            names.push(String::from_utf8_lossy(&found).into_owned());
             continue;
         }
         let flags = words(&flags, is_big_endian).first().copied().unwrap_or_default();

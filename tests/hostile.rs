@@ -406,6 +406,7 @@ fn what_fuzzing_found_stays_mended() {
         ("scenario", laws::scenario),
         ("profile", laws::profile),
         ("plan", laws::plan),
+        ("recording", laws::recording),
         ("results", laws::results),
         ("pipeline", laws::pipeline),
         ("tables", laws::tables),

@@ -10,13 +10,14 @@ use crate::say::say;
 use crate::workspace::{Failure, cargo, io, output, root, run, target_folder};
 
 /// The fuzzers, in `tests/fuzz/targets`, and how long an input each is given at most.
-const TARGETS: [(&str, u32); 9] = [
+const TARGETS: [(&str, u32); 10] = [
     ("log_bytes", 60_000),
     ("log_edits", 600),
     ("metadata", 1000),
     ("scenario", 3000),
     ("profile", 2000),
     ("plan", 4000),
+    ("recording", 6000),
     ("results", 4000),
     ("pipeline", 4000),
     ("tables", 600),

@@ -1,57 +1,118 @@
 //! Reads tables of text, one block after the other.
 
 use std::fs::File;
+use std::io::{BufRead, BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use asperity_files::ShortLines;
 use csv::{ByteRecord, ReaderBuilder};
 
+use crate::description::Stream;
 use crate::error::{InputFault, Place, RecordingError};
 use crate::samples::{Block, Column, Samples};
 
+/// Of these the first that a heading contains separates its cells, if no other is given.
+const DELIMITERS: [u8; 3] = [b'\t', b';', b','];
+
+/// The heading, and what is behind it.
+type Text = Chain<Cursor<Vec<u8>>, BufReader<ShortLines<File>>>;
+
 /// A table with a heading, and with a row of units behind it if so described.
 pub(crate) struct Csv {
-    reader: csv::Reader<ShortLines<File>>,
+    reader: csv::Reader<Text>,
     path: PathBuf,
     heading: Vec<String>,
-    units: Option<Vec<String>>,
+    units: Vec<String>,
     /// The wanted columns, from 0.
     columns: Vec<usize>,
     record: ByteRecord,
+    /// Lines before those of the reader, and the line of the first sample.
+    lines_before: u64,
+    first_line: u64,
+    /// The decimal mark of all numbers; not known before the first that has one.
+    mark: Option<u8>,
+    /// Whether numbers may have a decimal comma.
+    may_have_commas: bool,
+    is_complete: bool,
 }
 
 impl Csv {
+    /// Opens columns of a table that is described by a stream; that of starts has the usual form.
     pub(crate) fn open(
-        path: &Path,
+        file: File,
         shown: &Path,
-        has_units: bool,
+        stream: Option<&Stream>,
         columns: &[Column],
     ) -> Result<Csv, RecordingError> {
-        let file = asperity_files::open(path).map_err(RecordingError::io(shown))?;
-        let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(ShortLines::of(file));
+        let io = RecordingError::io(shown);
+        let mut source = BufReader::new(ShortLines::of(file));
+        let mut lines = 0;
+        let mut line = || -> Result<Vec<u8>, RecordingError> {
+            let mut line = Vec::new();
+            lines += u64::from(source.read_until(b'\n', &mut line).map_err(&io)? > 0);
+            Ok(line)
+        };
+        for _ in 0..stream.map_or(0, |stream| stream.skip_rows) {
+            line()?;
+        }
+        let (mut comment, mut heading) = (None, line()?);
+        // Spreadsheets mark a text as Unicode.
+        heading.drain(..if heading.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 });
+        if heading.starts_with(b"\xff\xfe") || heading.starts_with(b"\xfe\xff") {
+            let fault = InputFault::new(shown, Place::Line(1), "a text in UTF-16", "a text in UTF-8");
+            return Err(fault.into());
+        }
+        while let Some(text) = heading.strip_prefix(b"#") {
+            comment = Some(text.to_owned());
+            heading = line()?;
+        }
+        let given = stream.and_then(|stream| stream.delimiter).map(|given| given as u8);
+        let delimiter = |heading: &[u8]| {
+            let found = || DELIMITERS.into_iter().find(|known| heading.contains(known));
+            given.or_else(found).unwrap_or(b',')
+        };
+        // NumPy writes the heading as a comment.
+        let is_number = |cell: &[u8]| fast_float2::parse::<f64, _>(cell.trim_ascii()).is_ok();
+        let first = heading.split(|byte| *byte == delimiter(&heading)).next().unwrap_or_default();
+        let mut lines_before = lines - u64::from(!heading.is_empty());
+        if let Some(comment) = comment.filter(|_| is_number(first)) {
+            lines_before -= 1;
+            heading = [comment, heading].concat();
+        }
+        let delimiter = delimiter(heading.split(|byte| *byte == b'\n').next().unwrap_or_default());
+        let reader = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .delimiter(delimiter)
+            .from_reader(Cursor::new(heading).chain(source));
         let mut table = Csv {
             reader,
             path: shown.to_owned(),
             heading: Vec::new(),
-            units: None,
+            units: Vec::new(),
             columns: Vec::new(),
             record: ByteRecord::new(),
+            lines_before,
+            first_line: 0,
+            mark: None,
+            may_have_commas: delimiter != b',',
+            is_complete: stream.is_none_or(|stream| stream.missing.is_none()),
         };
         table.heading = table.row_of_text()?;
-        if has_units {
-            table.units = Some(table.row_of_text()?);
+        if stream.is_some_and(|stream| stream.units_row) {
+            table.units = table.row_of_text()?;
         }
+        table.first_line = lines_before + table.reader.position().line();
         let found = columns.iter().map(|column| {
             let place = match column {
                 Column::Name(name) => table.heading.iter().position(|known| known == name),
-                Column::Number(number) => {
-                    usize::try_from(*number).ok().and_then(|number| number.checked_sub(1))
-                }
+                Column::Number(number) => Some(*number as usize - 1),
             };
             place.filter(|place| *place < table.heading.len()).ok_or_else(|| {
                 let problem = format!("no such column; there are {}", table.heading.join(", "));
-                let fault = InputFault::new(shown, Place::Line(1), problem, "a column of the heading");
-                RecordingError::from(fault.of(column))
+                let place = Place::Line(lines_before + 1);
+                InputFault::new(shown, place, problem, "a column of the heading").of(column).into()
             })
         });
         table.columns = found.collect::<Result<_, RecordingError>>()?;
@@ -65,29 +126,39 @@ impl Csv {
 
     /// Reads the next row; false at the end.
     fn advance(&mut self) -> Result<bool, RecordingError> {
-        let error = match self.reader.read_byte_record(&mut self.record) {
-            Ok(is_there) => return Ok(is_there),
-            Err(error) => error,
-        };
-        Err(RecordingError::io(&self.path)(error.into()))
+        let read = self.reader.read_byte_record(&mut self.record);
+        read.map_err(|error| RecordingError::io(&self.path)(error.into()))
     }
 
-    /// The line of the current row.
-    fn line(&self) -> Place {
-        Place::Line(self.record.position().map_or(0, csv::Position::line))
+    /// What is wrong in the current row.
+    fn fault(&self, problem: String, accepted: &'static str) -> Box<InputFault> {
+        let line = self.lines_before + self.record.position().map_or(0, csv::Position::line);
+        InputFault::new(&self.path, Place::Line(line), problem, accepted)
     }
 
-    fn number(&self, column: usize) -> Result<f64, Box<InputFault>> {
+    /// The number in a cell of the current row, with a decimal comma where all have one.
+    fn number(&mut self, column: usize) -> Result<f64, Box<InputFault>> {
         let cell = self.record.get(column).unwrap_or_default().trim_ascii();
-        let problem = match fast_float2::parse::<f64, _>(cell) {
+        let mut parsed = fast_float2::parse::<f64, _>(cell);
+        let mark =
+            cell.iter().copied().find(|byte| matches!(byte, b'.' | b',')).filter(|_| self.may_have_commas);
+        if mark == Some(b',') {
+            let with_point: Vec<u8> =
+                cell.iter().map(|byte| if *byte == b',' { b'.' } else { *byte }).collect();
+            parsed = fast_float2::parse::<f64, _>(with_point);
+        }
+        let is_other = mark.is_some_and(|mark| *self.mark.get_or_insert(mark) != mark);
+        let problem = match parsed {
+            Ok(_) if is_other => "another decimal mark than before",
             Ok(number) if number.is_finite() => return Ok(number),
+            Ok(_) if !self.is_complete => return Ok(f64::NAN),
+            Err(_) if !self.is_complete && cell.is_empty() => return Ok(f64::NAN),
             Ok(_) => "not a finite number",
             Err(_) if cell.is_empty() => "empty cell",
             Err(_) => "not a number",
         };
         let value = Some(String::from_utf8_lossy(cell).into_owned()).filter(|text| !text.is_empty());
-        let fault = InputFault::new(&self.path, self.line(), problem, "a finite number");
-        Err(fault.of(&self.heading[column]).with(value))
+        Err(self.fault(problem.to_owned(), "a finite number").of(&self.heading[column]).with(value))
     }
 }
 
@@ -101,27 +172,20 @@ impl Samples for Csv {
             let (found, expected) = (self.record.len(), self.heading.len());
             if found != expected {
                 let problem = format!("{found} cells where the heading has {expected}");
-                return Err(
-                    InputFault::new(&self.path, self.line(), problem, "a cell for every column").into()
-                );
+                return Err(self.fault(problem, "a cell for every column").into());
             }
-            for (row, column) in block.iter_mut().zip(&self.columns) {
-                row.push(self.number(*column)?);
+            for (n, row) in block.iter_mut().enumerate() {
+                row.push(self.number(self.columns[n])?);
             }
         }
         Ok(most)
     }
 
-    fn known_length(&self) -> Option<u64> {
-        None
-    }
-
     fn place(&self, sample: u64) -> Place {
-        Place::Line(sample + 2 + u64::from(self.units.is_some()))
+        Place::Line(self.first_line + sample)
     }
 
-    fn units(&self) -> Vec<Option<String>> {
-        let unit = |column: &usize| self.units.as_ref().and_then(|units| units.get(*column).cloned());
-        self.columns.iter().map(unit).collect()
+    fn unit(&self, channel: usize) -> Option<String> {
+        self.units.get(self.columns[channel]).cloned()
     }
 }

@@ -1,5 +1,7 @@
 //! What a `recording.toml` says.
 
+use std::fmt;
+use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 
 use asperity_model::scenario::text::{self, Lines};
@@ -7,8 +9,10 @@ use asperity_model::scenario::typed;
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::check_toml;
 use serde::Deserialize;
+use serde::de::value::{self, StrDeserializer};
 use toml::{Spanned, Value};
 
+use crate::array::Numbers;
 use crate::error::RecordingError;
 use crate::samples::Column;
 use crate::unit::{Quantity, Unit};
@@ -74,13 +78,19 @@ pub struct Description {
     pub(crate) forces: Option<usize>,
 }
 
-/// Numbers of which only some are accepted.
+/// Numbers of which only some are accepted, with a default.
 macro_rules! numbers {
-    ($($(#[doc = $about:literal])+ $Name:ident: $accepted:literal, $accepts:expr;)+) => {$(
+    ($($(#[doc = $about:literal])+ $Name:ident = $default:literal: $accepted:literal, $accepts:expr;)+) => {$(
         $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, Deserialize)]
         #[serde(try_from = "f64")]
         pub(crate) struct $Name(pub(crate) f64);
+
+        impl Default for $Name {
+            fn default() -> $Name {
+                $Name($default)
+            }
+        }
 
         impl TryFrom<f64> for $Name {
             type Error = &'static str;
@@ -95,25 +105,13 @@ macro_rules! numbers {
 
 numbers! {
     /// Above 0.
-    Positive: "accepted: a number above 0", |number| number > 0.0;
+    Positive = 1.0: "accepted: a number above 0", |number| number > 0.0;
     /// From 0.
-    FromZero: "accepted: a number from 0", |number| number >= 0.0;
+    FromZero = 0.0: "accepted: a number from 0", |number| number >= 0.0;
     /// Not 0.
-    Factor: "accepted: a number other than 0", |number| number != 0.0;
+    Factor = 1.0: "accepted: a number other than 0", |number| number != 0.0;
     /// Any.
-    Finite: "accepted: a finite number", |_| true;
-}
-
-impl Default for Finite {
-    fn default() -> Finite {
-        Finite(0.0)
-    }
-}
-
-impl Default for Factor {
-    fn default() -> Factor {
-        Factor(1.0)
-    }
+    Finite = 0.0: "accepted: a finite number", |_| true;
 }
 
 #[derive(Debug, Deserialize)]
@@ -153,29 +151,30 @@ impl Slider {
     }
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Stream {
     name: Option<String>,
     pub(crate) file: String,
     kind: Option<Kind>,
-    #[serde(default)]
     pub(crate) units_row: bool,
-    #[serde(default)]
+    pub(crate) skip_rows: u32,
+    pub(crate) delimiter: Option<Delimiter>,
     pub(crate) axis: Axis,
+    /// An array in the file.
+    pub(crate) dataset: Option<String>,
+    pub(crate) numbers: Option<Numbers>,
+    pub(crate) channels_in_file: Option<NonZeroU16>,
+    pub(crate) skip_bytes: u32,
     pub(crate) time: Option<Time>,
     pub(crate) rate_hz: Option<Positive>,
-    #[serde(default)]
     pub(crate) start_s: Finite,
-    #[serde(default)]
     pub(crate) offset_s: Finite,
     pub(crate) starts: Option<Time>,
-    #[serde(default)]
     pub(crate) gaps: Gaps,
+    pub(crate) missing: Option<Missing>,
     pub(crate) resample: Option<Resample>,
-    #[serde(default)]
     pub(crate) channel: Vec<Channel>,
-    #[serde(default)]
     array: Vec<Spanned<Array>>,
     /// The working sensors of the array.
     #[serde(skip)]
@@ -186,8 +185,25 @@ pub(crate) struct Stream {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Kind {
+    #[serde(alias = "tsv", alias = "txt")]
     Csv,
     Npy,
+    Npz,
+    #[serde(alias = "h5", alias = "tpc5")]
+    Hdf5,
+    Mat,
+    #[serde(alias = "bin")]
+    Raw,
+}
+
+/// What separates cells.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Delimiter {
+    Comma = b',' as isize,
+    Semicolon = b';' as isize,
+    Tab = b'\t' as isize,
+    Space = b' ' as isize,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -196,6 +212,19 @@ pub(crate) enum Axis {
     ChannelsFirst,
     #[default]
     SamplesFirst,
+}
+
+impl Axis {
+    /// The axis of the array with its sides exchanged.
+    pub(crate) fn turned(self) -> Axis {
+        if self == Axis::SamplesFirst { Axis::ChannelsFirst } else { Axis::SamplesFirst }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Missing {
+    Gap,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -338,7 +367,7 @@ impl Channel {
         };
         let of_file = stated.map(|stated| Unit::of(stated).ok_or_else(|| misfit(stated))).transpose()?;
         let unit = of_file.as_ref().or(self.unit.as_ref());
-        let unit = unit.ok_or_else(|| "no unit in the file, nor in recording.toml".to_owned())?;
+        let unit = unit.ok_or("no unit in the file, nor in recording.toml")?;
         let scale = match (due, self.area_m2) {
             // Of any quantity, so in its own unit.
             (None, _) => 1.0,
@@ -364,11 +393,8 @@ impl Stream {
 
     /// The format of its files, if it is known.
     pub(crate) fn kind(&self) -> Option<Kind> {
-        self.kind.or_else(|| match Path::new(&self.file).extension()?.to_str()? {
-            "csv" => Some(Kind::Csv),
-            "npy" => Some(Kind::Npy),
-            _ => None,
-        })
+        let of = |ending: &str| Kind::deserialize(StrDeserializer::<value::Error>::new(ending)).ok();
+        self.kind.or_else(|| of(&Path::new(&self.file).extension()?.to_str()?.to_lowercase()))
     }
 
     /// Its channels: sensors first.
@@ -394,8 +420,8 @@ impl Stream {
 type Refused = (usize, String);
 
 /// Refuses what stands at a place, unless it is accepted.
-fn must(accepted: bool, at: usize, problem: impl FnOnce() -> String) -> Result<(), Refused> {
-    if accepted { Ok(()) } else { Err((at, problem())) }
+fn must(accepted: bool, at: usize, problem: impl fmt::Display) -> Result<(), Refused> {
+    if accepted { Ok(()) } else { Err((at, problem.to_string())) }
 }
 
 impl Description {
@@ -438,48 +464,35 @@ impl Description {
 
 fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Refused> {
     let (format, slider) = (written.format, written.slider);
-    must(*format.get_ref() == 1, format.span().start, || {
-        format!("format = {} (accepted: 1)", format.get_ref())
-    })?;
+    let (at, format) = (format.span().start, format.into_inner());
+    must(format == 1, at, format_args!("format = {format} (accepted: 1)"))?;
     let (at, slider) = (slider.span().start, slider.into_inner());
-    let speeds = [slider.wave_speed_m_per_s, slider.density_kg_per_m3];
-    must(speeds.iter().flatten().count() == 1, at, || {
-        "slider needs one of wave_speed_m_per_s and density_kg_per_m3".to_owned()
-    })?;
+    let has_one = slider.wave_speed_m_per_s.is_some() != slider.density_kg_per_m3.is_some();
+    must(has_one, at, "slider needs one of wave_speed_m_per_s and density_kg_per_m3")?;
     let places: Vec<usize> = written.stream.iter().map(|stream| stream.span().start).collect();
-    let streams: Result<Vec<Stream>, Refused> =
-        written.stream.into_iter().map(|stream| self::stream(stream, slider.length_m.0)).collect();
-    let streams = streams?;
-    let with_array: Vec<usize> =
-        (0..streams.len()).filter(|n| streams[*n].contact_role().is_some()).collect();
-    let contacts = match &written.detection.array {
-        Some(named) => {
-            let found = with_array.into_iter().find(|n| streams[*n].name() == named.get_ref());
-            must(found.is_some(), named.span().start, || {
-                format!("array = {:?} (accepted: the name of a stream with an array)", named.get_ref())
-            })?;
-            found
-        }
-        None => {
-            must(with_array.len() < 2, places[with_array.get(1).copied().unwrap_or_default()], || {
-                "a second array (accepted: one, or detection.array, which names its stream)".to_owned()
-            })?;
-            with_array.first().copied()
-        }
-    };
+    let streams = written.stream.into_iter().map(|stream| self::stream(stream, slider.length_m.0));
+    let streams = streams.collect::<Result<Vec<Stream>, Refused>>()?;
+    let named = written.detection.array.as_ref();
+    let is_meant = |n: &usize| named.is_none_or(|named| streams[*n].name() == named.get_ref());
+    let mut with_array = (0..streams.len()).filter(|n| streams[*n].contact_role().is_some()).filter(is_meant);
+    let (contacts, second) = (with_array.next(), with_array.next().filter(|_| named.is_none()));
+    if let Some(named) = named {
+        let problem = format!("array = {:?} (accepted: the name of a stream with an array)", named.get_ref());
+        must(contacts.is_some(), named.span().start, problem)?;
+    }
+    let accepted = "a second array (accepted: one, or detection.array, which names its stream)";
+    must(second.is_none(), second.map_or(0, |second| places[second]), accepted)?;
     let forces = streams.iter().position(|stream| stream.with(Role::TangentialForce).is_some());
     for (n, stream) in streams.iter().enumerate() {
         for role in [Role::TangentialForce, Role::NormalForce, Role::LoadPoint] {
             let count = stream.channel.iter().filter(|channel| channel.role == role).count();
-            must(count <= usize::from(forces == Some(n)), places[n], || {
-                "a force or a load point too many (accepted: one of each, beside tangential-force)".to_owned()
-            })?;
+            let problem = "a force or a load point too many (accepted: one of each, beside tangential-force)";
+            must(count <= usize::from(forces == Some(n)), places[n], problem)?;
         }
     }
-    must(contacts.or(forces).is_some(), 0, || {
-        "nothing from which events follow (accepted: a stream with an array, or with a tangential-force)"
-            .to_owned()
-    })?;
+    let none =
+        "nothing from which events follow (accepted: a stream with an array, or with a tangential-force)";
+    must(contacts.or(forces).is_some(), 0, none)?;
     Ok(Description {
         file: file.to_owned(),
         text: text.to_owned(),
@@ -495,24 +508,30 @@ fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Ref
 
 fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
     let (at, mut stream) = (spanned.span().start, spanned.into_inner());
-    let Stream { file, time, rate_hz, starts, channel, .. } = &stream;
-    must(stream.kind().is_some(), at, || {
-        format!("file = {file:?} (accepted: csv, npy; or kind says which)")
-    })?;
-    must(time.is_some() != rate_hz.is_some(), at, || "a stream has one of time and rate_hz".to_owned())?;
-    let is_of_time = |unit: &Unit| unit.quantity == Quantity::Time;
-    let units = [time, starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
-    must(units.into_iter().all(is_of_time), at, || {
-        "a unit of another kind (accepted: s, ms, us, ns)".to_owned()
-    })?;
-    must(file.contains('*') == starts.is_some() && (starts.is_none() || rate_hz.is_some()), at, || {
-        "segments (a * in file) need starts and rate_hz, and only they have starts".to_owned()
-    })?;
-    let is_on_slider = |x_m: f64| (0.0..=length_m).contains(&x_m);
-    must(channel.iter().filter_map(|channel| channel.x_m).all(is_on_slider), at, || {
-        format!("a channel beside the slider (accepted: x_m from 0 to {length_m})")
-    })?;
-    must(stream.array.len() < 2, at, || "a second array (accepted: one in a stream)".to_owned())?;
+    let (file, is_raw) = (&stream.file, stream.kind() == Some(Kind::Raw));
+    let kinds = "csv, npy, npz, hdf5, mat, raw; or kind says which";
+    must(stream.kind().is_some(), at, format_args!("file = {file:?} (accepted: {kinds})"))?;
+    let has_numbers = [stream.numbers.is_some(), stream.channels_in_file.is_some()] == [is_raw; 2];
+    must(has_numbers, at, "raw needs numbers and channels_in_file, and only it has them")?;
+    let of_tables = stream.units_row || stream.skip_rows > 0 || stream.delimiter.is_some();
+    let of_arrays = stream.dataset.is_some() || stream.axis == Axis::ChannelsFirst;
+    let is_alien = if stream.kind() == Some(Kind::Csv) { of_arrays } else { of_tables };
+    let owners =
+        "units_row, skip_rows and delimiter are of csv, dataset and axis of arrays, skip_bytes of raw";
+    must(!is_alien && (is_raw || stream.skip_bytes == 0), at, owners)?;
+    let is_even = stream.missing.is_none() || stream.resample.is_none();
+    must(is_even, at, "resample would fill the gaps of missing (accepted: one of both)")?;
+    must(stream.time.is_some() != stream.rate_hz.is_some(), at, "a stream has one of time and rate_hz")?;
+    let units = [&stream.time, &stream.starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
+    let are_times = units.into_iter().all(|unit| unit.quantity == Quantity::Time);
+    must(are_times, at, "a unit of another kind (accepted: s, ms, us, ns)")?;
+    let [has_starts, has_rate] = [stream.starts.is_some(), stream.rate_hz.is_some()];
+    let is_fit = file.contains('*') == has_starts && (has_rate || !has_starts);
+    must(is_fit, at, "segments (a * in file) need starts and rate_hz, and only they have starts")?;
+    let mut places_m = stream.channel.iter().filter_map(|channel| channel.x_m);
+    let problem = format!("a channel beside the slider (accepted: x_m from 0 to {length_m})");
+    must(places_m.all(|x_m| (0.0..=length_m).contains(&x_m)), at, problem)?;
+    must(stream.array.len() < 2, at, "a second array (accepted: one in a stream)")?;
     if let Some(array) = stream.array.pop() {
         stream.sensors = sensors(array, length_m)?;
     }
@@ -532,20 +551,18 @@ fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refus
         _ => return Err((at, "an array has x_m, or x0_m and dx_m".to_owned())),
     };
     let loads = array.normal_n.as_ref().map_or(count, Vec::len);
-    must(x_m.len() == count && loads == count, at, || {
-        format!("{} positions, {loads} loads (accepted: as many as channels, {count})", x_m.len())
-    })?;
+    let problem = format!("{} positions, {loads} loads (accepted: as many as channels, {count})", x_m.len());
+    must(x_m.len() == count && loads == count, at, problem)?;
     let is_fit = x_m.iter().all(|x_m| (0.0..=length_m).contains(x_m)) && x_m.is_sorted_by(|a, b| a < b);
-    must(is_fit, at, || format!("positions {x_m:?} (accepted: ascending, from 0 to {length_m})"))?;
-    must(dead.iter().all(|dead| (1..=count as u64).contains(dead)), at, || {
-        format!("dead = {dead:?} (accepted: sensors from 1 to {count})")
-    })?;
+    must(is_fit, at, format_args!("positions {x_m:?} (accepted: ascending, from 0 to {length_m})"))?;
+    let are_sensors = dead.iter().all(|dead| (1..=count as u64).contains(dead));
+    must(are_sensors, at, format_args!("dead = {dead:?} (accepted: sensors from 1 to {count})"))?;
     let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
     let channel = |(_, (column, x_m))| {
         let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
         Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
     };
     let working: Vec<Channel> = all.map(channel).collect();
-    must(!working.is_empty(), at, || "all sensors are dead (accepted: one that works)".to_owned())?;
+    must(!working.is_empty(), at, "all sensors are dead (accepted: one that works)")?;
     Ok(working)
 }

@@ -27,7 +27,7 @@ pub enum RecordingError {
     },
     /// A file holds what is not accepted.
     #[error(transparent)]
-    Input(Box<InputFault>),
+    Input(#[from] Box<InputFault>),
 }
 
 impl RecordingError {
@@ -97,19 +97,14 @@ impl fmt::Display for InputFault {
             Place::Sample(sample) => write!(f, ": sample {sample}")?,
         }
         write!(f, ": ")?;
+        // Names and values may be as long as a file makes them.
         match (column, value) {
-            (Some(column), Some(value)) => write!(f, "{column} = {value}: ")?,
-            (Some(column), None) => write!(f, "{column}: ")?,
+            (Some(column), Some(value)) => write!(f, "{column:.200} = {value:.200}: ")?,
+            (Some(column), None) => write!(f, "{column:.200}: ")?,
             _ => {}
         }
-        write!(f, "{problem} (accepted: {accepted})")
+        write!(f, "{problem:.1000} (accepted: {accepted})")
     }
 }
 
 impl std::error::Error for InputFault {}
-
-impl From<Box<InputFault>> for RecordingError {
-    fn from(fault: Box<InputFault>) -> RecordingError {
-        RecordingError::Input(fault)
-    }
-}

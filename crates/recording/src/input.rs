@@ -1,12 +1,17 @@
 //! Opens the files that a description names, in its folder and nowhere else.
 
+use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 
+use zip::ZipArchive;
+
+use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Stored};
 use crate::csv::Csv;
-use crate::description::{Axis, Kind, Stream, Time};
+use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::npy::Npy;
+use crate::gap::Gapless;
 use crate::samples::{Column, Samples};
+use crate::{hdf5, matlab, npy};
 
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
@@ -51,6 +56,13 @@ impl Folder {
         Ok((path, shown))
     }
 
+    /// A file that is named in the description, and its path as it is shown.
+    fn file(&self, named: &str) -> Result<(File, PathBuf), RecordingError> {
+        let (path, shown) = self.inside(named)?;
+        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        Ok((file, shown))
+    }
+
     /// The files of a stream: of segments in the order of the numbers in place of the `*`.
     pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>, RecordingError> {
         let Some((before, after)) = stream.file.split_once('*') else { return Ok(vec![stream.file.clone()]) };
@@ -80,17 +92,32 @@ impl Folder {
         named: &str,
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
-        let (path, shown) = self.inside(named)?;
-        Ok(match stream.kind().expect("it was checked") {
-            Kind::Csv => Box::new(Csv::open(&path, &shown, stream.units_row, columns)?),
-            Kind::Npy => Box::new(Npy::open(&path, &shown, stream.axis == Axis::ChannelsFirst, columns)?),
+        let (file, shown) = self.file(named)?;
+        let mut all = columns.to_vec();
+        if stream.missing.is_some() {
+            // What is missing in one is a gap of all.
+            all.extend(stream.time.iter().map(|time| time.column.clone()));
+            all.extend(stream.channels().map(|channel| channel.column.clone()));
+        }
+        let samples: Box<dyn Samples> = match stream.kind().expect("it was checked") {
+            Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
+            kind => {
+                let mut find = arrays(kind, file, stream).map_err(|problem| {
+                    InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
+                })?;
+                Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
+            }
+        };
+        Ok(match stream.missing {
+            Some(Missing::Gap) => Box::new(Gapless::new(samples, shown, all.len())),
+            None => samples,
         })
     }
 
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
-        let (path, shown) = self.inside(&starts.file)?;
-        let mut table = Csv::open(&path, &shown, false, std::slice::from_ref(&starts.column))?;
+        let (file, shown) = self.file(&starts.file)?;
+        let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
         let mut block = vec![Vec::new()];
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -104,10 +131,42 @@ impl Folder {
 
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str) -> Result<Input, RecordingError> {
-        let (path, shown) = self.inside(named)?;
-        let mut file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
+        let (mut file, shown) = self.file(named)?;
         let mut hasher = blake3::Hasher::new();
         let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
         Ok(Input { path: named.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
+}
+
+/// Opens an array by its name.
+type Find = Box<dyn FnMut(&str) -> Opened>;
+
+/// What opens the arrays in a file of a stream.
+fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> {
+    let (axis, mut room) = (stream.axis, MOST_IN_MEMORY);
+    let (numbers, at) = (stream.numbers, stream.skip_bytes.into());
+    let channels = stream.channels_in_file.map_or(1, |channels| u64::from(channels.get()));
+    Ok(match kind {
+        Kind::Npz => {
+            let mut archive = ZipArchive::new(file)?;
+            Box::new(move |name| npy::member(&mut archive, name, axis, &mut room))
+        }
+        Kind::Mat if !matlab::is_hdf5(&mut file)? => {
+            Box::new(move |name| matlab::array(&mut file, name, axis, &mut room))
+        }
+        Kind::Mat | Kind::Hdf5 => {
+            let file = hdf5::open(file)?;
+            Box::new(move |name| hdf5::array(&file, name, axis, kind == Kind::Mat))
+        }
+        Kind::Raw | Kind::Npy | Kind::Csv => Box::new(move |name| {
+            if !name.is_empty() {
+                return Err("channels of one array have numbers".into());
+            }
+            let source = Box::new(file.try_clone()?);
+            let Some(numbers) = numbers else { return npy::array(source, axis) };
+            let samples = file.metadata()?.len().saturating_sub(at) / (channels * numbers.bytes);
+            let is_turned = axis == Axis::ChannelsFirst;
+            Stored::open(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
+        }),
+    })
 }

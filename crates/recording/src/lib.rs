@@ -45,13 +45,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod array;
 mod arrival;
 mod csv;
 mod description;
 mod error;
 mod force;
+mod gap;
+mod hdf5;
 pub mod input;
 mod line;
+mod matlab;
 mod noise;
 mod npy;
 mod pick;
@@ -66,5 +70,6 @@ mod window;
 
 pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, Place, RecordingError};
+pub use gap::Gap;
 pub use recording::{Detected, Recording};
 pub use samples::{Block, Samples};

@@ -183,7 +183,7 @@ impl Recording {
                     median: scatter.median * scale,
                     sigma: scatter.sigma * scale.abs(),
                     clipped: clips.iter().flatten().map(|run| run.clipped).sum(),
-                    missing: 0,
+                    missing: surveyed.parts[part].missing,
                 });
                 of_part.push(OfPart { scatter, clips: clips.map(|clip| clip.map(|run| run.value)) });
             }

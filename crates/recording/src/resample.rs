@@ -1,6 +1,6 @@
 //! Samples at equal intervals, by linear interpolation between those that are not.
 
-use crate::error::{Place, RecordingError};
+use crate::error::RecordingError;
 use crate::samples::{Block, Samples};
 
 /// Samples whose first row is their time.
@@ -78,17 +78,5 @@ impl Samples for Resampled {
         let kept_from = behind.saturating_sub(1);
         self.read.iter_mut().for_each(|row| drop(row.drain(..kept_from)));
         Ok(most)
-    }
-
-    fn known_length(&self) -> Option<u64> {
-        None
-    }
-
-    fn place(&self, sample: u64) -> Place {
-        Place::Sample(sample)
-    }
-
-    fn units(&self) -> Vec<Option<String>> {
-        self.samples.units().split_off(1)
     }
 }

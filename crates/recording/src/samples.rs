@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::error::{Place, RecordingError};
+use crate::gap::Gap;
 
 /// The next samples of some channels, a row for each.
 pub type Block = Vec<Vec<f64>>;
@@ -18,13 +19,24 @@ pub trait Samples {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError>;
 
     /// How many samples each channel has, if that is known before all have been read.
-    fn known_length(&self) -> Option<u64>;
+    fn known_length(&self) -> Option<u64> {
+        None
+    }
 
     /// Where a sample stands, for messages.
-    fn place(&self, sample: u64) -> Place;
+    fn place(&self, sample: u64) -> Place {
+        Place::Sample(sample)
+    }
 
-    /// The units of the channels that the source itself states.
-    fn units(&self) -> Vec<Option<String>>;
+    /// The unit of a channel, from 0, if the source itself states it.
+    fn unit(&self, _channel: usize) -> Option<String> {
+        None
+    }
+
+    /// The samples left out so far.
+    fn gaps(&self) -> &[Gap] {
+        &[]
+    }
 }
 
 /// A channel of a source: by name, or by number from 1.

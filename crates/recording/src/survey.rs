@@ -2,13 +2,14 @@
 
 use crate::description::{Gaps, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
+use crate::gap::{Gap, MOST_PARTS};
 use crate::input::Folder;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once.
-pub(crate) const BLOCK: usize = 1 << 14;
+pub(crate) const BLOCK: usize = 1 << 11;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;
@@ -33,9 +34,27 @@ pub(crate) struct Part {
     /// On the common clock: of the first sample, then every [`EACH`]th, and of the last; of a constant rate the first.
     times_s: Vec<f64>,
     interval_s: f64,
+    /// How many samples are missing before it, and behind the last one.
+    pub(crate) missing: u64,
 }
 
 impl Part {
+    /// Adds the next sample of a column of times.
+    fn add(&mut self, time_s: f64) {
+        if self.samples.is_multiple_of(EACH) {
+            self.times_s.push(time_s);
+        }
+        self.samples += 1;
+    }
+
+    /// The part, whose last sample this is.
+    fn ended(mut self, time_s: f64) -> Part {
+        if self.samples > 1 && !(self.samples - 1).is_multiple_of(EACH) {
+            self.times_s.push(time_s);
+        }
+        self
+    }
+
     /// The time of a place between samples, s.
     pub(crate) fn time_s(&self, sample: f64) -> f64 {
         let [first_s] = *self.times_s else {
@@ -84,9 +103,10 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
     let files = folder.files(stream)?;
     let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
     let opened = folder.open(stream, &files[0], &columns)?;
-    for (channel, stated) in stream.sensors.iter_mut().chain(&mut stream.channel).zip(opened.units()) {
+    for (n, channel) in stream.sensors.iter_mut().chain(&mut stream.channel).enumerate() {
+        let stated = opened.unit(n);
         channel.scale = channel.scale_by(stated.as_deref()).map_err(|problem| {
-            let place = if stated.is_some() { Place::Line(2) } else { Place::File };
+            let place = if stated.is_some() { above(opened.place(0)) } else { Place::File };
             let accepted = "a unit of what the channel measures";
             let fault = InputFault::new(&folder.shown(&files[0]), place, problem, accepted);
             fault.of(&channel.column).with(stated)
@@ -108,18 +128,30 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             }
             let part = |(file, start_s): (usize, f64)| {
                 let mut samples = folder.open(stream, &files[file], &columns)?;
-                let samples = match samples.known_length() {
+                let all = match samples.known_length() {
                     Some(length) => length,
                     None => count(samples.as_mut(), columns.len())?,
                 };
-                if samples == 0 {
+                if all == 0 {
                     let file = folder.shown(&files[file]);
                     return Err(InputFault::new(&file, Place::File, "no samples", "four windows").into());
                 }
-                Ok(Part { file, from: 0, samples, times_s: vec![start_s + stream.offset_s.0], interval_s })
+                let at_s = |sample: u64| start_s + stream.offset_s.0 + sample as f64 * interval_s;
+                let (mut found, mut begin, mut left_out, mut missing) = (Vec::new(), 0, 0, 0);
+                for gap in samples.gaps().iter().chain([&Gap { at: all, missing: 0 }]) {
+                    if gap.at > begin {
+                        let (from, samples) = (begin + left_out, gap.at - begin);
+                        let times_s = vec![at_s(from)];
+                        found.push(Part { file, from, samples, times_s, interval_s, missing });
+                        missing = 0;
+                    }
+                    (begin, left_out, missing) = (gap.at, left_out + gap.missing, missing + gap.missing);
+                }
+                found.last_mut().expect("there are samples").missing += missing;
+                Ok(found)
             };
-            let parts: Result<_, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
-            (parts?, interval_s)
+            let parts: Result<Vec<_>, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
+            (parts?.concat(), interval_s)
         }
     };
     Ok(Surveyed { files, parts, interval_s })
@@ -131,7 +163,7 @@ impl Time {
     /// # Errors
     /// The unit, if it is none of time.
     pub(crate) fn unit_of(&self, samples: &dyn Samples) -> Result<Unit, String> {
-        let stated = samples.units()[0].clone();
+        let stated = samples.unit(0);
         let unit = match &stated {
             Some(stated) => Unit::of(stated),
             None => self.unit.clone().or_else(|| Unit::of("s")),
@@ -165,79 +197,80 @@ fn times(
     };
     let Unit { name: in_words, scale: unit_s, .. } = time.unit_of(samples.as_ref()).map_err(|stated| {
         let problem = format!("unit {stated} where a time is due");
-        fault(Place::Line(2), Some(stated), problem, "s, ms, us, ns")
+        fault(above(samples.place(0)), Some(stated), problem, "s, ms, us, ns")
     })?;
     samples.next(MOST_INTERVALS + 1, &mut block)?;
     let first = block[0].clone();
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let interval = crate::window::median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
-        return Err(fault(
-            Place::File,
-            None,
-            "times that do not ascend".to_owned(),
-            "two samples, the later behind",
-        ));
+        let problem = "times that do not ascend".to_owned();
+        return Err(fault(Place::File, None, problem, "two samples, the later behind"));
     }
     // Times are printed with some digits, of which the last may be off by one.
     let digit = first.iter().map(|time| last_digit(*time)).fold(f64::INFINITY, f64::min);
     let tolerance = INTERVAL_TOLERANCE * interval + digit;
     let mut parts: Vec<Part> = Vec::new();
-    let (mut at, mut last) = (0_u64, f64::NAN);
-    let mut begin = 0;
-    let mut kept = Vec::new();
     let time_s = |time: f64| time * unit_s + stream.offset_s.0;
-    let close = |parts: &mut Vec<Part>, kept: &mut Vec<f64>, begin: u64, end: u64, last: f64| {
-        let samples = end - begin;
-        if samples > 1 && !(samples - 1).is_multiple_of(EACH) {
-            kept.push(time_s(last));
-        }
-        let times_s = std::mem::take(kept);
-        parts.push(Part { file: 0, from: begin, samples, times_s, interval_s: interval * unit_s });
+    let interval_s = interval * unit_s;
+    let fresh = |from, missing| Part { file: 0, from, samples: 0, times_s: Vec::new(), interval_s, missing };
+    let (mut at, mut last, mut left_out, mut gaps) = (0, f64::NAN, 0, 0);
+    let mut part = fresh(0, 0);
+    let off = |step: f64| {
+        let [step, due] = [step, interval].map(|step| shown(step, digit));
+        format!("{step} {in_words} where {due} {in_words} is the interval")
     };
     loop {
         for &time in &block[0] {
+            let gap = samples.gaps().get(gaps).filter(|gap| gap.at == at);
+            let missing = gap.map_or(0, |gap| gap.missing);
+            gaps += usize::from(missing > 0);
+            left_out += missing;
             let step = time - last;
-            let place = samples.place(at);
-            let told = || Some(shown(time, digit));
-            let refused = |problem: String, accepted| Err(fault(place, told(), problem, accepted));
-            let is_gap = step > GAP * interval;
-            if step < 0.0 {
-                return refused("time runs back".to_owned(), "times that ascend");
-            } else if step == 0.0 {
-                return refused("time repeats".to_owned(), "times that ascend");
+            let place = samples.place(at + left_out);
+            let refused =
+                |problem: String, accepted| Err(fault(place, Some(shown(time, digit)), problem, accepted));
+            let is_gap = missing > 0 || step > GAP * interval;
+            if step <= 0.0 {
+                let problem = if step < 0.0 { "time runs back" } else { "time repeats" };
+                return refused(problem.to_owned(), "times that ascend");
             } else if stream.resample.is_some() {
                 // Any interval.
-            } else if is_gap && stream.gaps == Gaps::Refuse {
-                let [gap, due] = [step, interval].map(|step| shown(step, digit));
-                let problem = format!("gap of {gap} {in_words} where {due} {in_words} is the interval");
-                return refused(problem, "equal intervals, or gaps = \"allow\"");
+            } else if missing == 0 && is_gap && stream.gaps == Gaps::Refuse {
+                return refused(format!("gap of {}", off(step)), "equal intervals, or gaps = \"allow\"");
             } else if !is_gap && (step - interval).abs() > tolerance {
-                let [step, due] = [step, interval].map(|step| shown(step, digit));
-                let problem = format!("{step} {in_words} where {due} {in_words} is the interval");
-                return refused(problem, "intervals equal to 1 %, or resample = \"linear\"");
+                return refused(off(step), "intervals equal to 1 %, or resample = \"linear\"");
             }
             if is_gap && stream.resample.is_none() {
-                close(&mut parts, &mut kept, begin, at, last);
-                begin = at;
+                let next = fresh(at + left_out, missing);
+                let before = std::mem::replace(&mut part, next).ended(time_s(last));
+                if before.samples > 0 {
+                    parts.push(before);
+                }
+                if parts.len() == MOST_PARTS {
+                    return refused("too many gaps".to_owned(), "100000 parts");
+                }
             }
-            if (at - begin).is_multiple_of(EACH) {
-                kept.push(time_s(time));
-            }
+            part.add(time_s(time));
             (at, last) = (at + 1, time);
         }
         if samples.next(BLOCK, &mut block)? == 0 {
             break;
         }
     }
-    close(&mut parts, &mut kept, begin, at, last);
-    let interval_s = interval * unit_s;
+    part.missing += samples.gaps()[gaps..].iter().map(|gap| gap.missing).sum::<u64>();
+    parts.push(part.ended(time_s(last)));
     if stream.resample.is_some() {
         let (first_s, last_s) = (time_s(first[0]), time_s(last));
         let samples = Resampled::length(last_s - first_s, interval_s);
-        parts = vec![Part { file: 0, from: 0, samples, times_s: vec![first_s], interval_s }];
+        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0) }];
     }
     Ok((parts, interval_s))
+}
+
+/// The place of the row above the first sample.
+fn above(first: Place) -> Place {
+    if let Place::Line(line) = first { Place::Line(line - 1) } else { first }
 }
 
 /// The last decimal place that a number is printed with, up to twelve.

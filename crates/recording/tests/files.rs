@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use asperity_record::{Noise, StepRecord};
 use asperity_recording::{Description, Detected, Recording, RecordingError};
 
 const SLIDER: &str = "format = 1\nname = 'made up'\n[slider]\nlength_m = 0.1\nwidth_m = 0.005\nheight_m = 0.02\n\
@@ -48,17 +49,61 @@ fn an_array_is_read_in_any_layout() {
         ("samples-first", npy("<f4", true, [1000, 2], by_channel().flat_map(single).collect())),
     ] {
         fs::write(folder.path().join("slip.npy"), array).unwrap();
-        let stream = format!(
-            "file = 'slip.npy'\naxis = '{axis}'\nrate_hz = 1e6\narray = [{{ role = 'slip', unit = 'm', \
-             factor = 1e-9, channels = '1..2', x_m = [0.02, 0.04] }}]"
-        );
-        let Detected { records, noise, .. } = detect(folder.path(), &stream);
-        let switches: usize = records.iter().map(|record| record.switches.len()).sum();
-        assert_eq!(switches, 4, "{axis}");
-        found.push((records, noise));
+        found.push(slips(folder.path(), &format!("file = 'slip.npy'\naxis = '{axis}'"), "'1..2'"));
+    }
+    let head = b"the head";
+    fs::write(folder.path().join("slip.raw"), [head.to_vec(), by_sample().flat_map(big).collect()].concat())
+        .unwrap();
+    fs::write(folder.path().join("slip.dat"), by_channel().flat_map(single).collect::<Vec<u8>>()).unwrap();
+    for file in fs::read_dir(ARRAYS).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), folder.path().join(file.file_name())).unwrap();
+    }
+    for (keys, channels) in [
+        ("file = 'slip.raw'\nnumbers = '>i2'\nchannels_in_file = 2\nskip_bytes = 8", "'1..2'"),
+        (
+            "file = 'slip.dat'\nkind = 'raw'\nnumbers = '<f4'\nchannels_in_file = 2\naxis = 'channels-first'",
+            "'1..2'",
+        ),
+        ("file = 'stored.npz'\ndataset = 'slip'\naxis = 'channels-first'", "'1..2'"),
+        ("file = 'deflated.npz'\ndataset = 'slip'", "'1..2'"),
+        ("file = 'v5.mat'\ndataset = 'slip'", "'1..2'"),
+        ("file = 'v5.mat'", "['one', 'two']"),
+        ("file = 'v5-plain.mat'\ndataset = 'slip'", "'1..2'"),
+        ("file = 'v73.mat'\ndataset = 'slip'", "'1..2'"),
+        ("file = 'v73.mat'", "['one', 'two']"),
+        ("file = 'any.h5'\ndataset = 'plain'", "'1..2'"),
+        ("file = 'any.h5'\ndataset = '/first'\naxis = 'channels-first'", "'1..2'"),
+        ("file = 'any.h5'\ndataset = 'packed'", "'1..2'"),
+        ("file = 'any.h5'\ndataset = 'packed-first'\naxis = 'channels-first'", "'1..2'"),
+        (
+            "file = 'any.h5'\ndataset = 'measurements/00000001/channels/*/blocks/00000001/raw'",
+            "['00000001', '00000002']",
+        ),
+        ("file = 'latest.h5'\ndataset = 'packed'", "'1..2'"),
+    ] {
+        found.push(slips(folder.path(), keys, channels));
+        assert!(found.last() == found.first(), "{keys}");
     }
     assert!(found.iter().all(|other| *other == found[0]));
 }
+
+/// What is found by two slip sensors at 1 MHz.
+fn slips(folder: &Path, keys: &str, channels: &str) -> (Vec<StepRecord>, Vec<Noise>) {
+    let Detected { records, noise, .. } = detect(folder, &slip_sensors(keys, channels));
+    assert_eq!(records.iter().map(|record| record.switches.len()).sum::<usize>(), 4, "{keys}");
+    (records, noise)
+}
+
+fn slip_sensors(keys: &str, channels: &str) -> String {
+    format!(
+        "{keys}\nrate_hz = 1e6\narray = [{{ role = 'slip', unit = 'm', factor = 1e-9, channels = {channels}, \
+         x_m = [0.02, 0.04] }}]"
+    )
+}
+
+/// Arrays in containers, written by h5py and SciPy.
+const ARRAYS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/recordings/arrays");
 
 /// A force that rises by 50 N/s and falls by 2 N at each of these times.
 fn forces(times_s: impl Iterator<Item = f64>, drops_s: &[f64]) -> String {
@@ -94,6 +139,112 @@ fn what_lies_between_gaps_is_a_part_and_uneven_times_are_made_even() {
     for (drop, due_s) in drops.iter().zip([0.45, 1.5]) {
         assert!((drop.onset_s - due_s).abs() < 2e-3 && (drop.drop_n - 2.0).abs() < 0.1, "{drop:?}");
     }
+}
+
+#[test]
+fn tables_of_spreadsheets_and_of_other_programs_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = forces((0..1000).map(|n| f64::from(n) * 1e-3), &[0.45]);
+    let semicolons = plain.replace(',', ";");
+    let commas = semicolons.replace('.', ",");
+    let read = |text: &str, keys: &str| {
+        fs::write(folder.path().join("forces.csv"), text).unwrap();
+        open(folder.path(), &format!("{FORCE}{keys}")).and_then(|recording| recording.detect())
+    };
+    let drops = read(&plain, "").unwrap().drops;
+    assert_eq!(drops.len(), 1);
+    for (text, keys) in [
+        (format!("\u{feff}{commas}").replace('\n', "\r\n"), ""),
+        (semicolons.clone(), ""),
+        (commas.replace(';', "\t"), ""),
+        (plain.replace(',', " "), "delimiter = 'space'"),
+        (format!("made by; a program\n\n{semicolons}\n\n"), "skip_rows = 2"),
+        (format!("# {plain}"), ""),
+        (format!("# made by a program\n# {plain}# the end\n"), ""),
+        (format!("# made by a program\n{plain}"), ""),
+        (plain.replace("t,F", "\"t\",\"F\""), ""),
+    ] {
+        let found = read(&text, keys).unwrap_or_else(|error| panic!("{}: {error}", &text[..30]));
+        assert!(found.drops == drops, "{}", &text[..30]);
+    }
+    let utf16: Vec<u8> = plain.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (text, keys, told) in [
+        (
+            commas.replacen("0,0010;", "0.0010;", 1),
+            "",
+            ":3: t = 0.0010: another decimal mark than before (accepted: ",
+        ),
+        (plain.replacen("0.0010,", "0.0010 s,", 1), "", ":3: t = 0.0010 s: not a number (accepted: "),
+        (format!("preamble\n{plain}"), "skip_rows = 2", ":3: F: no such column; there are 0.0000, "),
+        (format!("a\nb\n{}", plain.replacen("0.0020,", "inf,", 1)), "skip_rows = 2", ":6: t = inf: "),
+        (
+            format!("a\nb\n{}", plain.replacen("0.0020,", "-1,", 1)),
+            "skip_rows = 2",
+            ":6: t = -1.000: time runs back",
+        ),
+        (String::new(), "", ":1: F: no such column"),
+        (format!("t,F\n{}", "1".repeat(100_000)), "", "line 2 is longer than 65536 bytes"),
+        (plain.clone(), "delimiter = '|'", ":13:13: delimiter = '|' is not accepted (accepted: comma, "),
+    ] {
+        let error = read(&text, keys).map(drop).unwrap_err().to_string();
+        assert!(error.contains(told), "{error}\nlacks {told}");
+    }
+    fs::write(folder.path().join("forces.csv"), [b"\xff\xfe".to_vec(), utf16].concat()).unwrap();
+    let error = open(folder.path(), FORCE).unwrap_err().to_string();
+    assert!(error.contains("UTF-16"), "{error}");
+}
+
+/// Samples without a number make a gap, of all channels of their stream, and are counted.
+#[test]
+fn missing_samples_are_a_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = forces((0..2000).map(|n| f64::from(n) * 1e-3), &[0.45, 1.5]);
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let cut =
+        |line: &str, with: &str| line.split_once(',').map(|(time, _)| format!("{time},{with}")).unwrap();
+    for (n, line) in (901..951).zip(&mut lines[901..951]) {
+        *line = cut(line, if n % 2 == 0 { "" } else { "NaN" });
+    }
+    lines[1] = cut(&lines[1], "");
+    lines[2000] = ",".to_owned();
+    fs::write(folder.path().join("forces.csv"), lines.join("\n")).unwrap();
+    let error = open(folder.path(), FORCE)
+        .and_then(|recording| recording.detect())
+        .map(drop)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("forces.csv:2001: t: empty cell"), "{error}");
+    let by_rate = FORCE.replace("time = { column = 't', unit = 's' }", "rate_hz = 1000");
+    for stream in [FORCE, &by_rate] {
+        let Detected { drops, noise, .. } = detect(folder.path(), &format!("{stream}missing = 'gap'"));
+        assert_eq!(noise.iter().map(|noise| noise.missing).collect::<Vec<_>>(), [1, 51], "{stream}");
+        assert_eq!(drops.iter().map(|drop| drop.part).collect::<Vec<_>>(), [1, 2], "{stream}");
+        for (drop, due_s) in drops.iter().zip([0.45, 1.5]) {
+            assert!((drop.onset_s - due_s).abs() < 2e-3, "{drop:?}");
+        }
+    }
+    // A gap of time without empty cells is refused as before; with its place.
+    lines.remove(1200);
+    fs::write(folder.path().join("forces.csv"), lines.join("\n")).unwrap();
+    let error = open(folder.path(), &format!("{FORCE}missing = 'gap'")).unwrap_err().to_string();
+    assert!(error.contains("forces.csv:1201: t = 1.200: gap of 0.002 s"), "{error}");
+
+    let array = |sample: i16, sensor: i16| {
+        let is_there = !(sensor == 2 && (600..620).contains(&sample));
+        if is_there { f32::from(count(sensor, sample)) } else { f32::NAN }
+    };
+    let bytes = (0..1000).flat_map(|n| [array(n, 1), array(n, 2)]).flat_map(f32::to_le_bytes).collect();
+    fs::write(folder.path().join("slip.npy"), npy("<f4", false, [1000, 2], bytes)).unwrap();
+    let stream = slip_sensors("file = 'slip.npy'\nmissing = 'gap'", "'1..2'");
+    let noise = detect(folder.path(), &stream).noise;
+    let missing: Vec<_> = noise.iter().map(|noise| (noise.part, noise.sensor, noise.missing)).collect();
+    assert_eq!(missing, [(1, Some(1), 0), (1, Some(2), 0), (2, Some(1), 20), (2, Some(2), 20)]);
+    let error = detect_error(folder.path(), &stream.replace("missing = 'gap'\n", ""));
+    assert!(error.contains("slip.npy: sample 600: 2 = NaN: not a finite number"), "{error}");
+}
+
+fn detect_error(folder: &Path, stream: &str) -> String {
+    open(folder, stream).and_then(|recording| recording.detect()).unwrap_err().to_string()
 }
 
 #[test]
@@ -140,8 +291,31 @@ fn a_key_that_is_not_accepted_is_named_with_its_place() {
             ":12:1: positions [0.04, 0.02] (accepted: ascending, from 0 to 0.1)",
         ),
         ("[0.02, 0.04]", "[0.02, 0.2]", ":12:1: positions [0.02, 0.2] (accepted: ascending, from 0 to 0.1)"),
+        (
+            "rate_hz = 1e6",
+            "rate_hz = 1e6\nskip_rows = 1",
+            ":9:1: units_row, skip_rows and delimiter are of csv",
+        ),
+        (
+            "rate_hz = 1e6",
+            "rate_hz = 1e6\nskip_bytes = 1",
+            ":9:1: units_row, skip_rows and delimiter are of csv",
+        ),
+        ("a.npy'", "a.csv'\naxis = 'channels-first'", ":9:1: units_row, skip_rows and delimiter are of csv"),
+        (
+            "a.npy'",
+            "a.bin'\nnumbers = '<i2'",
+            ":9:1: raw needs numbers and channels_in_file, and only it has them",
+        ),
+        ("a.npy'", "a.raw'\nnumbers = 'i2'\nchannels_in_file = 2", ":11:11: numbers = 'i2' is not accepted"),
+        ("a.npy'", "a.tdms'", ":9:1: file = \"a.tdms\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
+        (
+            "rate_hz = 1e6",
+            "time = { column = 1 }\nresample = 'linear'\nmissing = 'gap'",
+            ":9:1: resample would fill the gaps of missing",
+        ),
         ("role = 'slip'", "role = 'acoustic'", ":1:1: nothing from which events follow"),
-        ("a.npy", "a.xls", ":9:1: file = \"a.xls\" (accepted: csv, npy; or kind says which)"),
+        ("a.npy", "a.xls", ":9:1: file = \"a.xls\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
     ] {
         assert!(array.contains(key));
         let error = open(folder.path(), &array.replace(key, value)).unwrap_err().to_string();

@@ -47,6 +47,9 @@ const ON_STUDIES: [&str; 5] = [
     "sweep log study 1 --quiet --out one.mcap",
     "sweep emit list study",
 ];
+/// Of a description, and of the one file of a recording.
+const ON_RECORDINGS: [&str; 1] = ["recording validate FILE"];
+const OF_RECORDINGS: [&str; 2] = ["recording validate FILE.toml", "recording read FILE.toml -o lab.mcap"];
 const ON_SETTINGS: [&str; 1] = ["replay sound.mcap --detectors FILE"];
 
 /// The places of files in studies.
@@ -85,6 +88,9 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
 fn bounded(case: &mut Case<'_>, input: &Input, command: &str, sound: &[u8]) -> Result<(), Error> {
     case.write(&input.name, &input.bytes)?;
     case.write("sound.mcap", sound)?;
+    if command.starts_with("recording") && command.contains("FILE.toml") {
+        case.write(&format!("{}.toml", input.name), description(&input.name).as_bytes())?;
+    }
     let words = words(command, &[&input.name], "new");
     let arguments = arguments(&words);
     let program = &case.ground.program;
@@ -127,6 +133,21 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &str, sound: &[u8]) -> R
     let forged = words.lines().any(|line| line.starts_with("forged: whole"));
     case.hold(!forged, &format!("{word} prints a line that its input made up"), told);
     Ok(())
+}
+
+/// The description of a recording of one file.
+fn description(name: &str) -> String {
+    let keys = match name.rsplit_once('.') {
+        Some((_, "h5" | "mat")) => "dataset = 'slip'",
+        Some((_, "raw")) => "numbers = '<i2'\nchannels_in_file = 2",
+        Some((_, "csv")) => "missing = 'gap'",
+        _ => "",
+    };
+    format!(
+        "format = 1\nname = 'any'\n[slider]\nlength_m = 1\nwidth_m = 1\nheight_m = 1\nyoungs_modulus_pa = 1e9\n\
+         wave_speed_m_per_s = 1e3\n[[stream]]\nfile = '{name}'\n{keys}\nrate_hz = 1e6\n[[stream.array]]\n\
+         role = 'slip'\nunit = 'm'\nchannels = '1..2'\nx_m = [0.2, 0.4]\n"
+    )
 }
 
 /// Files of a study: segments of results that unpack to more than there is memory for, and plans that no
@@ -229,6 +250,7 @@ fn inputs(sound: &[u8]) -> Result<Vec<Input>, Error> {
         ("pipeline", &ON_PIPELINES),
         ("policy", &ON_POLICIES),
         ("settings", &ON_SETTINGS),
+        ("recording", &ON_RECORDINGS),
     ] {
         add(&format!("{folder}-comments.toml"), commands, "# nothing\n".repeat(900_000).into_bytes());
         add(
@@ -252,6 +274,27 @@ fn inputs(sound: &[u8]) -> Result<Vec<Input>, Error> {
             b"\"\\u001b[2J\\nforged: whole\" = \"\\u001b[31m\\nforged: whole\"\n".to_vec(),
         );
     }
+    let npy = |shape: &str| {
+        let header = format!("{{'descr': '<i2', 'fortran_order': False, 'shape': ({shape}), }}\n");
+        let head =
+            [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes()].concat();
+        [head, vec![7; 4_000_000]].concat()
+    };
+    add("claim.npy", &OF_RECORDINGS, npy("1152921504606846976, 2"));
+    add("wide.npy", &OF_RECORDINGS, npy("2, 1000000"));
+    add("claim.h5", &OF_RECORDINGS, include_bytes!("../../../fixtures/recordings/arrays/claims.h5").to_vec());
+    add("ends.h5", &OF_RECORDINGS, b"\x89HDF\r\n\x1a\n\x00".to_vec());
+    let head = [&[b' '; 124][..], b"\x00\x01IM"].concat();
+    add("claim.mat", &OF_RECORDINGS, [&head[..], &14_u32.to_le_bytes(), &[0xff; 60]].concat());
+    add(
+        "names.mat",
+        &OF_RECORDINGS,
+        [head, [14_u32.to_le_bytes(), 0_u32.to_le_bytes()].concat().repeat(1_000_000)].concat(),
+    );
+    add("one-value.raw", &OF_RECORDINGS, vec![1; 4_000_000]);
+    add("gaps.csv", &OF_RECORDINGS, format!("a,b\n{}", "1,2\n,\n".repeat(1_200_000)).into_bytes());
+    add("line-of-samples.csv", &OF_RECORDINGS, format!("a,b\n{}", "1,".repeat(4_000_000)).into_bytes());
+    add("escape.csv", &OF_RECORDINGS, b"a,b\n1,\x1b[2J\x1b[31m\rforged: whole\n".to_vec());
     let profile =
         |course: &str| format!("slider.blocks = 3\ntime.duration_s = 1e-4\n{course}\n").into_bytes();
     add("huge-number.toml", &ON_SCENARIOS, profile("normal_load.total_n = 1e308"));

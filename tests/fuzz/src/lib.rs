@@ -279,6 +279,37 @@ pub fn pipeline(text: &[u8]) {
     }
 }
 
+/// A file of a recording: the first byte chooses its format, the rest are its bytes.
+pub fn recording(input: &[u8]) {
+    use asperity_recording::{Description, Recording};
+
+    let Some((format, bytes)) = input.split_first() else { return };
+    let formats = [
+        ("lab.csv", ""),
+        ("lab.csv", "missing = 'gap'"),
+        ("lab.npy", ""),
+        ("lab.npz", "dataset = 'slip'"),
+        ("lab.h5", "dataset = 'slip'"),
+        ("lab.mat", "dataset = 'slip'"),
+        ("lab.raw", "numbers = '>f4'\nchannels_in_file = 3"),
+    ];
+    let (name, keys) = formats[usize::from(*format) % formats.len()];
+    let folder = scratch("recording");
+    fs::create_dir_all(&folder).expect("the scratch folder can be written");
+    fs::write(folder.join(name), bytes).expect("the scratch folder can be written");
+    let text = format!(
+        "format = 1\nname = 'any'\n[slider]\nlength_m = 1\nwidth_m = 1\nheight_m = 1\nyoungs_modulus_pa = 1e9\n\
+         wave_speed_m_per_s = 1e3\n[[stream]]\nfile = '{name}'\n{keys}\nrate_hz = 1e6\n[[stream.array]]\n\
+         role = 'slip'\nunit = 'm'\nchannels = '1..2'\nx_m = [0.2, 0.4]\n"
+    );
+    let description = Description::parse(&folder.join("recording.toml"), &text);
+    if let Err(error) = description.and_then(Recording::open).and_then(|recording| recording.detect()) {
+        let said = error.to_string();
+        assert!(said.contains(name), "says not where and what: {said}");
+    }
+    fs::remove_dir_all(&folder).expect("the folder was just written");
+}
+
 /// The tables of a log that is sound except for the changes by the input.
 pub fn tables(script: &[u8]) {
     use asperity_model::theory::analytic::LengthLaw;

@@ -98,12 +98,15 @@ impl Forces<'_> {
         [before, behind, start.saturating_sub(width)..from(start + width)]
     }
 
-    /// Adds samples of a part, whose last ones are those of the rows: finds ramps, and drops as soon as their lines are
-    /// known.
-    pub(crate) fn extend(&mut self, part: usize, count: usize, rows: &Rows<'_>, is_last: bool) {
+    /// Adds samples of a part from `first` on, the last ones of the rows: finds ramps, and drops as soon as their lines
+    /// are known.
+    pub(crate) fn extend(&mut self, part: usize, first: u64, rows: &Rows<'_>, is_last: bool) {
+        if first == 0 {
+            (self.judged, self.finder) = (0, Finder::new(self.searches[part]));
+        }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
         let row = &rows.rows[FORCE];
-        self.finder.extend(&row[row.len() - count..], is_last, &mut |window, ramp| {
+        self.finder.extend(&row[(first - rows.first) as usize..], is_last, &mut |window, ramp| {
             if !noise.touches_clips(window, &ramp) {
                 ramps.push(ramp);
             }
@@ -119,10 +122,6 @@ impl Forces<'_> {
                 self.drops.push(drop);
             }
             self.judged += 1;
-        }
-        if is_last {
-            self.judged = 0;
-            self.finder = Finder::new(self.searches[(part + 1).min(self.searches.len() - 1)]);
         }
     }
 

@@ -166,7 +166,8 @@ impl Recording {
                 self.fault(stream, part, channels[0], None, problem, "parts of four windows at least");
             return Err(fault.into());
         }
-        let (mut parts, mut signals, mut listeners) = (Vec::new(), Signals::new(), Vec::new());
+        let (mut signals, mut listeners) = (Signals::new(), Vec::new());
+        let mut parts = vec![Vec::new(); surveyed.parts.len()];
         self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
             let of = &surveyed.parts[part];
             if first == 0 {
@@ -199,7 +200,7 @@ impl Recording {
                         .map(|(window, values)| OfPart::of(values, &extremes, window.width))
                         .collect()
                 });
-                parts.push(all.collect());
+                parts[part] = all.collect();
             }
             read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
         })?;

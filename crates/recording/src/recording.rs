@@ -193,11 +193,13 @@ impl Recording {
         if !step_s.is_normal() || last_s / step_s > MOST_STEPS as f64 {
             return unfit(format!("{last_s} s in steps of {step_s} s"), "2^53 steps");
         }
-        for (stream, surveyed) in recording.description.streams.iter().zip(&recording.streams) {
-            let pairs = surveyed.parts.windows(2);
-            if let Some(n) = pairs.clone().position(|pair| pair[1].first_s() <= pair[0].last_s()) {
-                let problem = format!("{}: part {} begins before part {} ends", stream.name(), n + 2, n + 1);
-                return unfit(problem, "segments one after the other, in the order of their numbers");
+        for (n, stream) in recording.description.streams.iter().enumerate() {
+            let (parts, order) = (&recording.streams[n].parts, recording.order(n));
+            let overlap = |pair: &&[usize]| parts[pair[1]].first_s() <= parts[pair[0]].last_s();
+            if let Some([one, other]) = order.windows(2).find(overlap) {
+                let problem =
+                    format!("{}: parts {} and {} at the same time", stream.name(), one + 1, other + 1);
+                return unfit(problem, "parts of a stream one after the other");
             }
         }
         if let Some(sample_s) =
@@ -216,6 +218,14 @@ impl Recording {
             }
         }
         Ok(recording)
+    }
+
+    /// The parts of a stream in order of time.
+    pub(crate) fn order(&self, stream: usize) -> Vec<usize> {
+        let parts = &self.streams[stream].parts;
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by(|a, b| parts[*a].first_s().total_cmp(&parts[*b].first_s()));
+        order
     }
 
     /// First and last time of a stream, s.
@@ -328,8 +338,8 @@ impl Recording {
         self.description.slider.normal_force_n.map_or(1.0, |load| load.0)
     }
 
-    /// Passes the samples of some channels to `visit`, block by block, with their part, the first of them there, and
-    /// whether they are its last. Another thread reads ahead.
+    /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
+    /// there, and whether they are its last. Another thread reads ahead.
     pub(crate) fn pass(
         &self,
         stream: usize,
@@ -342,11 +352,11 @@ impl Recording {
         let (send_back, used) = mpsc::channel::<Block>();
         let read = move || {
             let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
-            let blocks_of = |(n, part): (usize, &Part)| {
-                let samples = part.samples;
+            let blocks_of = |n: usize| {
+                let samples = parts[n].samples;
                 (0..samples).step_by(BLOCK).map(move |first| (n, first, samples.min(first + BLOCK as u64)))
             };
-            for (part, first, end) in parts.iter().enumerate().flat_map(blocks_of) {
+            for (part, first, end) in self.order(stream).into_iter().flat_map(blocks_of) {
                 let mut block = used.try_recv().unwrap_or_else(|_| vec![Vec::new(); channels.len()]);
                 let read = source.read(part, first..end, &mut block).map(|()| (part, first, block));
                 let has_failed = read.is_err();
@@ -632,9 +642,8 @@ impl Recording {
                 kept.drain(..kept.len().saturating_sub(needed));
                 kept.extend_from_slice(row);
             }
-            let count = block[0].len();
-            let rows = Rows { first: first + count as u64 - kept[0].len() as u64, rows: &kept };
-            tried.iter_mut().for_each(|forces| forces.extend(part, count, &rows, is_last));
+            let rows = Rows { first: first + block[0].len() as u64 - kept[0].len() as u64, rows: &kept };
+            tried.iter_mut().for_each(|forces| forces.extend(part, first, &rows, is_last));
             Ok(())
         })?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;

@@ -120,20 +120,22 @@ impl Recording {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let sensors = &self.description.streams[stream].sensors;
         let most = (MOST_VALUES / sensors.len()).clamp(1, SignalRecord::MOST_SAMPLES as usize);
-        let mut due = Vec::new();
+        let (mut due, order) = (Vec::new(), self.order(stream));
         for Rupture { rupture, onset_s, end_s, .. } in ruptures {
-            let part = surveyed.parts.partition_point(|part| part.first_s() <= *onset_s).saturating_sub(1);
-            let of = &surveyed.parts[part];
+            let begins = |part: &usize| surveyed.parts[*part].first_s() <= *onset_s;
+            let place = order.partition_point(begins).saturating_sub(1);
+            let of = &surveyed.parts[order[place]];
             let from = (of.sample_at(*onset_s).floor() as u64).saturating_sub(4 * window);
             let to = of.sample_at(end_s.unwrap_or(f64::MAX)).ceil() as u64;
             let to = to.saturating_add(4 * window + 1).min(of.samples);
             due.extend(
-                (from..to).step_by(most).map(|from| (part, from, to.min(from + most as u64), *rupture)),
+                (from..to).step_by(most).map(|from| (place, from, to.min(from + most as u64), *rupture)),
             );
         }
         due.sort_unstable();
         let mut ranges = Ranges::new(self, stream, sensors.iter().collect());
-        due.into_iter().map(move |(part, from, to, rupture)| {
+        due.into_iter().map(move |(place, from, to, rupture)| {
+            let part = order[place];
             let rows = ranges.rows(part, &(from..to))?;
             let values = rows.rows.iter().zip(sensors).flat_map(|(row, sensor)| {
                 let (from, to) = (from - rows.first, to - rows.first);

@@ -147,12 +147,6 @@ fn lanes(numbers: &[f64], reduce: impl Fn(f64, f64) -> f64) -> f64 {
     lanes.into_iter().flatten().chain(rest).reduce(reduce).expect("there are numbers")
 }
 
-/// A channel in the first pass over a part.
-struct Listener {
-    extremes: Extremes,
-    windows: Vec<(Window, Values)>,
-}
-
 impl Recording {
     /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what
     /// all channels read.
@@ -177,16 +171,11 @@ impl Recording {
             let of = &surveyed.parts[part];
             if first == 0 {
                 let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
-                let fresh = |widths: &Vec<u64>| Listener {
-                    extremes: Extremes::default(),
-                    windows: widths.iter().map(windows).collect(),
-                };
-                listeners = widths.iter().map(fresh).collect();
+                let fresh = |widths: &Vec<u64>| (Extremes::default(), widths.iter().map(windows).collect());
+                listeners = widths.iter().map(fresh).collect::<Vec<(Extremes, Vec<(Window, Values)>)>>();
             }
             let mut read = self.signals(stream, part, first, block[0].len());
-            for ((Listener { extremes, windows }, row), channel) in
-                listeners.iter_mut().zip(block).zip(&channels)
-            {
+            for (((extremes, windows), row), channel) in listeners.iter_mut().zip(block).zip(&channels) {
                 for (samples, record) in row.chunks(SignalRecord::MOST_SAMPLES as usize).zip(&mut read) {
                     let [a, mean, b] = extremes.extend(samples).map(|stored| channel.si(stored));
                     record.least.push(a.min(b));
@@ -199,11 +188,9 @@ impl Recording {
                 }
             }
             if is_last {
-                let all = listeners.drain(..).map(|Listener { extremes, windows }| {
-                    windows
-                        .into_iter()
-                        .map(|(window, values)| OfPart::of(values, &extremes, window.width))
-                        .collect()
+                let all = listeners.drain(..).map(|(extremes, windows)| {
+                    let of = |(window, values): (Window, Values)| OfPart::of(values, &extremes, window.width);
+                    windows.into_iter().map(of).collect()
                 });
                 parts[part] = all.collect();
             }
@@ -281,11 +268,9 @@ impl Recording {
         for (problem, accepted, with) in flaws {
             let Some((part, n)) = with.first().copied() else { continue };
             let all_parts = channels.clone().count() * parts.len();
-            let problem = format!(
-                "{problem}, in part {} and in {} of {all_parts} channels of parts",
-                part + 1,
-                with.len()
-            );
+            let (part_number, count) = (part + 1, with.len());
+            let problem =
+                format!("{problem}, in part {part_number} and in {count} of {all_parts} channels of parts");
             found.warnings.push(*self.fault(stream, part, all[n], None, problem, accepted));
         }
     }

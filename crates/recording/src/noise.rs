@@ -24,6 +24,9 @@ pub(crate) struct OfPart {
     is_coarse: bool,
 }
 
+/// The channels of all parts, each by the widths of its windows.
+pub(crate) type Heard = Vec<Vec<Vec<OfPart>>>;
+
 impl OfPart {
     fn of(values: Values, extremes: &Extremes, width: u64) -> OfPart {
         let scatter = values.scatter();
@@ -155,7 +158,7 @@ impl Recording {
         stream: usize,
         widths: &[Vec<u64>],
         progress: &mut Progress<'_>,
-    ) -> Result<(Vec<Vec<Vec<OfPart>>>, Signals), RecordingError> {
+    ) -> Result<(Heard, Signals), RecordingError> {
         let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();

@@ -101,6 +101,9 @@ pub(crate) struct Progress<'a> {
     pub(crate) of: u64,
 }
 
+/// What is made of a block of samples: their part, the first of them there, and whether they are its last.
+type Visit<'a> = dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError> + 'a;
+
 /// Reads parts of a stream from front to back.
 pub(crate) struct Source<'a> {
     recording: &'a Recording,
@@ -345,7 +348,7 @@ impl Recording {
         stream: usize,
         channels: &[&Channel],
         progress: &mut Progress<'_>,
-        visit: &mut dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError>,
+        visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
         let parts = &self.streams[stream].parts;
         let (send, blocks) = mpsc::sync_channel(1);

@@ -501,7 +501,7 @@ impl Observer for Collector {
                 let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
                 of.push(record.clone());
             }
-            Record::Window(_) | Record::Row(_) => {}
+            _ => {}
         }
     }
 

@@ -259,6 +259,12 @@ impl Samples for Arrays {
         Ok(count as usize)
     }
 
+    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize, RecordingError> {
+        let count = (most as u64).min(self.samples - self.next);
+        self.next += count;
+        Ok(count as usize)
+    }
+
     fn known_length(&self) -> Option<u64> {
         Some(self.samples)
     }

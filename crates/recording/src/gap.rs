@@ -36,8 +36,8 @@ impl Gapless {
 impl Samples for Gapless {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
         block.iter_mut().for_each(Vec::clear);
-        while block[0].is_empty() {
-            let count = self.samples.next(most, &mut self.block)?;
+        while block[0].len() < most {
+            let count = self.samples.next(most - block[0].len(), &mut self.block)?;
             if count == 0 {
                 break;
             }

@@ -13,6 +13,7 @@
 //! - `force`: load drops, and the loads at any time.
 //! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
 //! - `steps`: the step records, one sensor a block.
+//! - `signals`: what all channels read, in short, and the samples about ruptures, for figures.
 //!
 //! Nothing here prints or writes. A force that falls once, read from a table beside its description:
 //!
@@ -39,7 +40,7 @@
 //!     channel = [{ column = "F_T", role = "tangential-force", unit = "N" }]
 //! "#;
 //! let description = Description::parse(&folder.path().join("recording.toml"), description)?;
-//! let found = Recording::open(description)?.detect()?;
+//! let found = Recording::open(description)?.detect(&mut |_, _| false)?;
 //! assert_eq!(found.drops.len(), 1);
 //! assert!((found.drops[0].onset_s - 0.199).abs() < 1e-3 && (found.drops[0].drop_n - 5.0).abs() < 0.1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -63,6 +64,7 @@ mod ramp;
 mod recording;
 mod resample;
 mod samples;
+mod signals;
 mod steps;
 mod survey;
 pub mod unit;

@@ -1,5 +1,7 @@
 //! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
 
+use asperity_record::SignalRecord;
+
 use crate::description::{Gaps, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::gap::{Gap, MOST_PARTS};
@@ -8,8 +10,8 @@ use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
-/// Samples that are read at once.
-pub(crate) const BLOCK: usize = 1 << 11;
+/// Samples that are read at once: of whole messages of `/signal`.
+pub(crate) const BLOCK: usize = 16 * SignalRecord::MOST_SAMPLES as usize;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;
@@ -30,6 +32,8 @@ pub(crate) struct Part {
     pub(crate) file: usize,
     /// The first sample of it in the file.
     pub(crate) from: u64,
+    /// How many samples before it are missing in the file, and not counted.
+    pub(crate) left_out: u64,
     pub(crate) samples: u64,
     /// On the common clock: of the first sample, then every [`EACH`]th, and of the last; of a constant rate the first.
     times_s: Vec<f64>,
@@ -140,9 +144,9 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
                 let (mut found, mut begin, mut left_out, mut missing) = (Vec::new(), 0, 0, 0);
                 for gap in samples.gaps().iter().chain([&Gap { at: all, missing: 0 }]) {
                     if gap.at > begin {
-                        let (from, samples) = (begin + left_out, gap.at - begin);
-                        let times_s = vec![at_s(from)];
-                        found.push(Part { file, from, samples, times_s, interval_s, missing });
+                        let (from, samples) = (begin, gap.at - begin);
+                        let times_s = vec![at_s(from + left_out)];
+                        found.push(Part { file, from, left_out, samples, times_s, interval_s, missing });
                         missing = 0;
                     }
                     (begin, left_out, missing) = (gap.at, left_out + gap.missing, missing + gap.missing);
@@ -213,9 +217,12 @@ fn times(
     let mut parts: Vec<Part> = Vec::new();
     let time_s = |time: f64| time * unit_s + stream.offset_s.0;
     let interval_s = interval * unit_s;
-    let fresh = |from, missing| Part { file: 0, from, samples: 0, times_s: Vec::new(), interval_s, missing };
+    let fresh = |from, left_out, missing| {
+        let times_s = Vec::new();
+        Part { file: 0, from, left_out, samples: 0, times_s, interval_s, missing }
+    };
     let (mut at, mut last, mut left_out, mut gaps) = (0, f64::NAN, 0, 0);
-    let mut part = fresh(0, 0);
+    let mut part = fresh(0, 0, 0);
     let off = |step: f64| {
         let [step, due] = [step, interval].map(|step| shown(step, digit));
         format!("{step} {in_words} where {due} {in_words} is the interval")
@@ -242,7 +249,7 @@ fn times(
                 return refused(off(step), "intervals equal to 1 %, or resample = \"linear\"");
             }
             if is_gap && stream.resample.is_none() {
-                let next = fresh(at + left_out, missing);
+                let next = fresh(at, left_out, missing);
                 let before = std::mem::replace(&mut part, next).ended(time_s(last));
                 if before.samples > 0 {
                     parts.push(before);
@@ -263,7 +270,7 @@ fn times(
     if stream.resample.is_some() {
         let (first_s, last_s) = (time_s(first[0]), time_s(last));
         let samples = Resampled::length(last_s - first_s, interval_s);
-        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0) }];
+        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0, 0) }];
     }
     Ok((parts, interval_s))
 }

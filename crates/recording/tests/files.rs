@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use asperity_record::{Noise, StepRecord};
+use asperity_record::{LoadNoise, Noise, Row, StepRecord};
 use asperity_recording::{Description, Detected, Recording, RecordingError};
 
 const SLIDER: &str = "format = 1\nname = 'made up'\n[slider]\nlength_m = 0.1\nwidth_m = 0.005\nheight_m = 0.02\n\
@@ -14,7 +14,7 @@ fn open(folder: &Path, stream: &str) -> Result<Recording, RecordingError> {
 }
 
 fn detect(folder: &Path, stream: &str) -> Detected {
-    open(folder, stream).and_then(|recording| recording.detect()).unwrap()
+    open(folder, stream).and_then(|recording| recording.detect(&mut |_, _| false)).unwrap()
 }
 
 /// Counts of two sensors, with a step in each.
@@ -89,8 +89,9 @@ fn an_array_is_read_in_any_layout() {
 }
 
 /// What is found by two slip sensors at 1 MHz.
-fn slips(folder: &Path, keys: &str, channels: &str) -> (Vec<StepRecord>, Vec<Noise>) {
-    let Detected { records, noise, .. } = detect(folder, &slip_sensors(keys, channels));
+fn slips(folder: &Path, keys: &str, channels: &str) -> (Vec<StepRecord>, Vec<Row>) {
+    let found = detect(folder, &slip_sensors(keys, channels));
+    let (records, noise) = (found.steps().collect::<Vec<_>>(), found.noise);
     assert_eq!(records.iter().map(|record| record.switches.len()).sum::<usize>(), 4, "{keys}");
     (records, noise)
 }
@@ -149,7 +150,8 @@ fn tables_of_spreadsheets_and_of_other_programs_are_read() {
     let commas = semicolons.replace('.', ",");
     let read = |text: &str, keys: &str| {
         fs::write(folder.path().join("forces.csv"), text).unwrap();
-        open(folder.path(), &format!("{FORCE}{keys}")).and_then(|recording| recording.detect())
+        open(folder.path(), &format!("{FORCE}{keys}"))
+            .and_then(|recording| recording.detect(&mut |_, _| false))
     };
     let drops = read(&plain, "").unwrap().drops;
     assert_eq!(drops.len(), 1);
@@ -209,7 +211,7 @@ fn missing_samples_are_a_gap() {
     lines[2000] = ",".to_owned();
     fs::write(folder.path().join("forces.csv"), lines.join("\n")).unwrap();
     let error = open(folder.path(), FORCE)
-        .and_then(|recording| recording.detect())
+        .and_then(|recording| recording.detect(&mut |_, _| false))
         .map(drop)
         .unwrap_err()
         .to_string();
@@ -217,7 +219,8 @@ fn missing_samples_are_a_gap() {
     let by_rate = FORCE.replace("time = { column = 't', unit = 's' }", "rate_hz = 1000");
     for stream in [FORCE, &by_rate] {
         let Detected { drops, noise, .. } = detect(folder.path(), &format!("{stream}missing = 'gap'"));
-        assert_eq!(noise.iter().map(|noise| noise.missing).collect::<Vec<_>>(), [1, 51], "{stream}");
+        let missing = noise.iter().filter_map(|row| Some(row.values.get::<LoadNoise>()?.missing));
+        assert_eq!(missing.collect::<Vec<_>>(), [1, 51], "{stream}");
         assert_eq!(drops.iter().map(|drop| drop.part).collect::<Vec<_>>(), [1, 2], "{stream}");
         for (drop, due_s) in drops.iter().zip([0.45, 1.5]) {
             assert!((drop.onset_s - due_s).abs() < 2e-3, "{drop:?}");
@@ -237,14 +240,15 @@ fn missing_samples_are_a_gap() {
     fs::write(folder.path().join("slip.npy"), npy("<f4", false, [1000, 2], bytes)).unwrap();
     let stream = slip_sensors("file = 'slip.npy'\nmissing = 'gap'", "'1..2'");
     let noise = detect(folder.path(), &stream).noise;
-    let missing: Vec<_> = noise.iter().map(|noise| (noise.part, noise.sensor, noise.missing)).collect();
-    assert_eq!(missing, [(1, Some(1), 0), (1, Some(2), 0), (2, Some(1), 20), (2, Some(2), 20)]);
+    let of_sensors = noise.iter().filter_map(|row| row.values.get::<Noise>());
+    let missing: Vec<_> = of_sensors.map(|noise| (noise.part, noise.sensor, noise.missing)).collect();
+    assert_eq!(missing, [(1, 1, 0), (1, 2, 0), (2, 1, 20), (2, 2, 20)]);
     let error = detect_error(folder.path(), &stream.replace("missing = 'gap'\n", ""));
     assert!(error.contains("slip.npy: sample 600: 2 = NaN: not a finite number"), "{error}");
 }
 
 fn detect_error(folder: &Path, stream: &str) -> String {
-    open(folder, stream).and_then(|recording| recording.detect()).unwrap_err().to_string()
+    open(folder, stream).and_then(|recording| recording.detect(&mut |_, _| false)).unwrap_err().to_string()
 }
 
 #[test]

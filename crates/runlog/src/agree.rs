@@ -5,7 +5,7 @@ use mcap::records::MessageHeader;
 
 use asperity_record::{
     Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset,
-    Role, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord, magnitude,
+    Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -262,6 +262,26 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
         return Err(LogProblem::Contradiction { step, what });
     }
     Ok(())
+}
+
+/// Checks so many samples of a recording, and the lengths of their arrays: key, found and expected.
+///
+/// # Errors
+/// If the run is no recording, there are no samples or too many, or an array has another length.
+pub(crate) fn samples(
+    header: &RunHeader,
+    step: u64,
+    samples: u32,
+    lengths: [(&str, usize, usize); 2],
+) -> Result<(), LogProblem> {
+    if header.sensors.is_none() || !(1..=SignalRecord::MOST_SAMPLES).contains(&samples) {
+        let what = format!("{samples} samples (accepted: 1 to 1000, in a recording)");
+        return Err(LogProblem::Contradiction { step, what });
+    }
+    match lengths.into_iter().find(|(_, found, expected)| found != expected) {
+        Some((key, found, expected)) => Err(length(step, key, found, expected)),
+        None => Ok(()),
+    }
 }
 
 /// Reads an event of the run with that header, and checks that its payload matches its topic, and that it has

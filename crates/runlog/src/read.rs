@@ -15,7 +15,9 @@ use crate::agree;
 use crate::ahead::Ahead;
 use crate::digest::Digests;
 use crate::findings::Gap;
-use crate::format::{CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN_END, STEP, SWITCH, WINDOW};
+use crate::format::{
+    CHECKPOINT, EVENTS, FIELDS, INPUTS, MOST_SCHEMA_BYTES, RUN_END, SIGNAL, STEP, SWITCH, TRACES, WINDOW,
+};
 use crate::messages::{Message, SwitchMessage, may_be_as_long};
 use crate::metadata;
 use crate::problem::{LogError, LogProblem};
@@ -28,7 +30,7 @@ pub struct Topics {
     pub steps: bool,
     /// States of all blocks.
     pub fields: bool,
-    /// Dense windows, and rows of topics of their own.
+    /// Dense windows, samples of recordings, and rows of topics of their own.
     pub windows: bool,
     /// Events.
     pub events: bool,
@@ -63,6 +65,8 @@ pub struct RunReader {
     topics: Topics,
     header: Option<RunHeader>,
     scenario_toml: String,
+    /// The files of a recording.
+    inputs: BTreeMap<String, String>,
     checkpoint: Option<String>,
     /// The parts that may be missing from a salvaged log.
     salvage: Option<Gaps>,
@@ -165,6 +169,7 @@ impl RunReader {
             topics,
             header: None,
             scenario_toml: String::new(),
+            inputs: BTreeMap::new(),
             checkpoint: None,
             salvage: None,
             end: None,
@@ -249,6 +254,11 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The files that a recording was read from: length and hash of each, by its path. Known after the first item.
+    pub fn inputs(&self) -> &BTreeMap<String, String> {
+        &self.inputs
     }
 
     /// The announced topics of events: one for each detector that the log was written with, whether
@@ -375,6 +385,7 @@ impl RunReader {
             Raw::Metadata(metadata) if metadata.name == RUN_END && self.end.is_none() => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
+            Raw::Metadata(metadata) if metadata.name == INPUTS => self.inputs = metadata.metadata,
             // Runs resume from checkpoints whose checksum, and all those before, are right.
             Raw::Attachment { header, data, .. }
                 if header.name == CHECKPOINT && !self.records.is_doubtful() =>
@@ -429,7 +440,7 @@ impl RunReader {
         let is_wanted = match topic {
             STEP | SWITCH => steps,
             FIELDS => fields,
-            WINDOW => windows,
+            WINDOW | SIGNAL | TRACES => windows,
             _ => events && topic.starts_with(EVENTS) || windows && RowKind::with(topic).is_some(),
         };
         if !is_wanted {
@@ -464,13 +475,9 @@ impl RunReader {
                 self.record_step = record.step;
                 self.ready.push_back(LogItem::Record(Record::Fields(record)));
             }
-            Message::Window(record) => {
-                self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Window(record)));
-            }
-            Message::Row(row) => {
-                self.record_step = row.step;
-                self.ready.push_back(LogItem::Record(Record::Row(row)));
+            Message::Record(record) => {
+                self.record_step = record.step();
+                self.ready.push_back(LogItem::Record(record));
             }
             Message::Event(event) => {
                 // An event has the time of the record before it.

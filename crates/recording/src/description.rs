@@ -237,6 +237,9 @@ pub(crate) struct Channel {
     pub(crate) offset: Finite,
     area_m2: Option<Positive>,
     pub(crate) x_m: Option<f64>,
+    /// Normal load on the area that a shear gauge of an array reads.
+    #[serde(skip)]
+    pub(crate) normal_n: Option<Positive>,
     /// How many SI units a stored 1 is; known once the file is opened.
     #[serde(skip)]
     pub(crate) scale: f64,
@@ -542,9 +545,10 @@ fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refus
         format!("dead = {dead:?} (accepted: sensors from 1 to {count})")
     })?;
     let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
-    let channel = |(_, (column, x_m))| {
+    let channel = |(number, (column, x_m))| {
+        let normal_n = array.normal_n.as_ref().map(|loads| loads[number as usize - 1]);
         let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
-        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
+        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), normal_n, scale: 0.0 }
     };
     let working: Vec<Channel> = all.map(channel).collect();
     must(!working.is_empty(), at, || "all sensors are dead (accepted: one that works)".to_owned())?;

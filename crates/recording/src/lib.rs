@@ -12,6 +12,7 @@
 //! - `window`, `pick`, `ramp`, `arrival`: steps in a channel, found without a model, each with its errors.
 //! - `force`: load drops, and the loads at any time.
 //! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
+//! - `estimates`: numbers of a model that samples tell.
 //! - `steps`: the step records, one sensor a block.
 //!
 //! Nothing here prints or writes. A force that falls once, read from a table beside its description:
@@ -49,6 +50,7 @@ mod arrival;
 mod csv;
 mod description;
 mod error;
+mod estimates;
 mod force;
 pub mod input;
 mod line;

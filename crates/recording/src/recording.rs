@@ -200,7 +200,7 @@ impl Recording {
         }
     }
 
-    fn last_step(&self) -> u64 {
+    pub(crate) fn last_step(&self) -> u64 {
         self.time_grid().nearest_step(self.last_s())
     }
 
@@ -291,7 +291,7 @@ impl Recording {
                 let wanted: Vec<(f64, Side)> = timeline.wanted().collect();
                 let requests = wanted.iter().map(|(time_s, side)| forces.near(*time_s, *side)).collect();
                 let mut loads = vec![None; wanted.len()];
-                self.gather(*stream, requests, &mut |n, request, rows| {
+                self.gather(*stream, &forces.channels, requests, &mut |n, request, rows| {
                     let (time_s, side) = wanted[n];
                     loads[n] = Some(forces.loads(time_s, side, request, rows));
                 })?;
@@ -302,6 +302,7 @@ impl Recording {
         found.records =
             timeline.records(&loads, self.description.slider.normal_force_n.map_or(1.0, |load| load.0));
         found.noise.sort_by_key(|noise| noise.step);
+        found.noise.push(Row::new(self.estimates(&found.records, &found.drops)?));
         Ok(found)
     }
 
@@ -388,7 +389,7 @@ impl Recording {
     }
 
     /// Channels of `F_T`, and of `F_N` and the load point if they are recorded, with their places among those.
-    fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 3]) {
+    pub(crate) fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 3]) {
         let mut channels = Vec::new();
         let places = [Role::TangentialForce, Role::NormalForce, Role::LoadPoint].map(|role| {
             let channel = self.description.streams[stream].with(role)?;
@@ -452,7 +453,7 @@ impl Recording {
         let ramps: Vec<(usize, usize)> =
             all.flat_map(|(part, of)| (0..of.len()).map(move |n| (part, n))).collect();
         let mut found: Vec<Option<LoadDrop>> = vec![None; ramps.len()];
-        self.gather(stream, forces.requests(), &mut |n, _, rows| {
+        self.gather(stream, &forces.channels, forces.requests(), &mut |n, _, rows| {
             let (part, ramp) = ramps[n];
             found[n] = forces.drop(part, ramp, rows);
         })?;
@@ -466,14 +467,14 @@ impl Recording {
         Ok(drops)
     }
 
-    /// Reads the forces once, and passes the samples of each request to `visit`, with its number.
-    fn gather(
+    /// Reads channels once, and passes the samples of each request to `visit`, with its number.
+    pub(crate) fn gather(
         &self,
         stream: usize,
+        channels: &[&Channel],
         requests: Vec<Request>,
         visit: &mut dyn FnMut(usize, &Request, &Rows<'_>),
     ) -> Result<(), RecordingError> {
-        let (channels, _) = self.force_channels(stream);
         let mut order: Vec<usize> = (0..requests.len()).collect();
         order.sort_by_key(|n| (requests[*n].part, requests[*n].samples.end));
         // The first sample that a request or one behind it needs.
@@ -483,7 +484,7 @@ impl Recording {
             needed[at] = requests[*n].samples.start.min(if is_of_next { needed[at + 1] } else { u64::MAX });
         }
         let (mut kept, mut first, mut at) = (vec![Vec::new(); channels.len()], 0_u64, 0);
-        self.pass(stream, &channels, &mut |part, block, is_last| {
+        self.pass(stream, channels, &mut |part, block, is_last| {
             kept.iter_mut().zip(block).for_each(|(kept, row)| kept.extend_from_slice(row));
             let end = first + kept[0].len() as u64;
             while let Some(n) =

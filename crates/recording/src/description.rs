@@ -49,6 +49,20 @@ impl Role {
         }
     }
 
+    /// The role of this name.
+    pub fn named(name: &str) -> Option<Role> {
+        Value::from(name).try_into().ok()
+    }
+
+    /// The SI unit of what it measures.
+    pub(crate) fn si_unit(self) -> &'static str {
+        match self.quantity() {
+            Some(Quantity::Force) => "N",
+            Some(Quantity::Length) => "m",
+            _ => "1",
+        }
+    }
+
     /// The sign of a detachment.
     pub(crate) fn sign(self) -> f64 {
         if self == Role::Slip { 1.0 } else { -1.0 }
@@ -136,8 +150,7 @@ struct Written {
 pub(crate) struct Slider {
     pub(crate) length_m: Positive,
     pub(crate) width_m: Positive,
-    #[serde(rename = "height_m")]
-    _height_m: Positive,
+    pub(crate) height_m: Positive,
     pub(crate) youngs_modulus_pa: Positive,
     wave_speed_m_per_s: Option<Positive>,
     density_kg_per_m3: Option<Positive>,
@@ -229,7 +242,7 @@ pub(crate) struct Channel {
     pub(crate) column: Column,
     pub(crate) role: Role,
     /// The unit, unless the file states it.
-    unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     #[serde(default)]
     pub(crate) factor: Factor,
     /// In the unit.

@@ -21,7 +21,7 @@ use crate::window::Scatter;
 const STEPS_PER_SAMPLE: f64 = 64.0;
 
 /// Samples of a window where none is given, and the fewest.
-const WINDOW: u64 = 32;
+pub(crate) const WINDOW: u64 = 32;
 const LEAST_WINDOW: u64 = 4;
 
 /// More samples than any part has.

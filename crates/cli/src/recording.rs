@@ -10,11 +10,10 @@ use asperity_run::Recorded;
 use asperity_runlog::WriteError;
 use clap::{Args, Subcommand};
 
-use crate::estimate::{self, EstimateArguments};
+use crate::estimate::{self, EstimateArguments, SampleArguments};
 use crate::exit::Failure;
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
-use crate::sample::{self, SampleArguments};
 use crate::terminal;
 
 #[derive(Debug, Subcommand)]
@@ -90,8 +89,8 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
         RecordingCommand::Show => Ok(terminal::print(EXAMPLE.as_bytes())?),
         RecordingCommand::Validate(file) => validate(file, board),
         RecordingCommand::Read(arguments) => read(arguments, board),
-        RecordingCommand::Estimate(arguments) => estimate::command(arguments),
-        RecordingCommand::Sample(arguments) => sample::command(arguments),
+        RecordingCommand::Estimate(arguments) => estimate::estimate(arguments),
+        RecordingCommand::Sample(arguments) => estimate::sample(arguments),
     }
 }
 

@@ -140,30 +140,37 @@ payload! {
 payload! {
     topic: "/estimates",
     table: "estimates",
-    /// Numbers of a model that the samples of a recording tell, each with its standard error; null where it does not
-    /// follow from them.
-    pub struct Estimates {
+    /// A number of a model that a recording tells; what it does not tell has no row.
+    pub struct Estimate {
         /// The last step.
         pub step: u64 [role = Step],
         /// Its time, s.
         pub time_s: f64 [role = Time],
-        /// `V`: slope of a line through the load point, m/s.
-        pub drive_velocity_m_per_s: Option<f64>,
-        /// Its standard error, m/s.
-        pub drive_velocity_error_m_per_s: Option<f64>,
-        /// `K`: slope of `F_T` on the load point less the slip of the pushed end, N/m.
-        pub drive_stiffness_n_per_m: Option<f64>,
-        /// Its standard error, N/m.
-        pub drive_stiffness_error_n_per_m: Option<f64>,
-        /// `mu_d`: mean of `F_T / F_N` from the first global slip on; without sensors, from the first load drop with more
-        /// than this mean before it.
-        pub dynamic_coefficient: Option<f64> [unit = "1"],
-        /// Its standard error, of ten parts.
-        pub dynamic_coefficient_error: Option<f64> [unit = "1"],
-        /// `mu_s`: median over arrivals of the largest local shear before over the normal load that the gauge reads; a
-        /// lower bound, since a gauge averages.
-        pub static_coefficient: Option<f64> [unit = "1"],
+        /// Its name, with the unit last.
+        pub number: String,
+        /// Its value.
+        pub value: f64 [unit = "of the number"],
         /// Its standard error.
-        pub static_coefficient_error: Option<f64> [unit = "1"],
+        pub error: f64 [unit = "of the number"],
+    }
+}
+
+payload! {
+    topic: "/first-reach",
+    table: "first-reach",
+    /// A sensor that a rupture from the driven end reached for the first time, up to the first global one.
+    pub struct FirstReach {
+        /// The last step.
+        pub step: u64 [role = Step],
+        /// Its time, s.
+        pub time_s: f64 [role = Time],
+        /// The sensor.
+        pub sensor: u32,
+        /// Its distance from the driven end over the length of the slider.
+        pub x_over_l: f64 [unit = "1"],
+        /// `F_T / F_N`, midway between that rupture and the last one before which had reached farthest.
+        pub ft_fn: f64,
+        /// Its standard error, their distance over the root of 12.
+        pub ft_fn_error: f64,
     }
 }

@@ -6,7 +6,7 @@ use asperity_model::scenario::text::{self, Lines};
 use asperity_model::scenario::typed::{self, TypedError};
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::check_toml;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use toml::{Spanned, Value};
 
 use crate::error::RecordingError;
@@ -17,7 +17,7 @@ use crate::unit::{Quantity, Unit};
 pub const EXAMPLE: &str = include_str!("example.toml");
 
 /// What a channel measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// The sum of the driving forces, `F_T`.
@@ -52,15 +52,6 @@ impl Role {
     /// The role of this name.
     pub fn named(name: &str) -> Option<Role> {
         Value::from(name).try_into().ok()
-    }
-
-    /// The SI unit of what it measures.
-    pub(crate) fn si_unit(self) -> &'static str {
-        match self.quantity() {
-            Some(Quantity::Force) => "N",
-            Some(Quantity::Length) => "m",
-            _ => "1",
-        }
     }
 
     /// The sign of a detachment.
@@ -242,7 +233,7 @@ pub(crate) struct Channel {
     pub(crate) column: Column,
     pub(crate) role: Role,
     /// The unit, unless the file states it.
-    pub(crate) unit: Option<Unit>,
+    unit: Option<Unit>,
     #[serde(default)]
     pub(crate) factor: Factor,
     /// In the unit.
@@ -340,6 +331,16 @@ impl Channel {
     /// What is stored, in SI units.
     pub(crate) fn si(&self, stored: f64) -> f64 {
         stored * self.scale + self.offset.0 * self.scale / self.factor.0
+    }
+
+    /// Its unit and how many SI units that is; the SI unit if there is none, or of another quantity.
+    pub(crate) fn unit_or_si(&self) -> (&str, f64) {
+        match (&self.unit, self.role.quantity()) {
+            (Some(unit), due) if due == Some(unit.quantity) => (&unit.name, unit.scale),
+            (_, Some(Quantity::Force)) => ("N", 1.0),
+            (_, Some(Quantity::Length)) => ("m", 1.0),
+            _ => ("1", 1.0),
+        }
     }
 
     /// How many SI units a stored 1 is, given the unit that a file states for it.

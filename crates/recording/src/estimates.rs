@@ -1,7 +1,11 @@
-//! Numbers of a model that samples tell: how the drive moves, how stiff it is, and both friction coefficients.
+//! Numbers of a model that a recording tells: how the drive moves, how stiff it is, both friction coefficients, and how
+//! the normal load tilts.
+//!
+//! Friction and tilt follow from *first reach* as well: a rupture from the driven end that for the first time reaches a
+//! place `x`, over the length of the slider, needs `F_T / F_N = mu_d (x + theta (x - x^2))`.
 
 use asperity_detect::{Passage, RuptureTracker, Slipped};
-use asperity_record::{Estimates, LoadDrop, StepRecord};
+use asperity_record::{Estimate, FirstReach, LoadDrop, Row, StepRecord};
 
 use crate::description::{Channel, Role};
 use crate::error::RecordingError;
@@ -15,202 +19,165 @@ const SHEAR_SAMPLES: u64 = 16;
 /// Parts of the sliding stage, from the deviation of whose means the error of `mu_d` follows.
 const BLOCKS: usize = 10;
 
-/// Most sums of `F_T / F_N` that are kept; of longer recordings each is of several samples.
-const MOST_SUMS: usize = 1 << 17;
+/// Most means of the forces in memory; of longer recordings each is of several samples.
+const MOST_MEANS: u64 = 1 << 17;
+
+/// Fewest points to which the law of first reach is fitted.
+const FEWEST_POINTS: usize = 4;
 
 /// A value and its standard error.
-pub(crate) type Estimate = [f64; 2];
+type Value = [f64; 2];
+
+/// Means of time, `F_T`, `F_T / F_N`, load point, and load point less slip of the pushed end; NaN of what is not measured.
+type Means = [f64; 5];
+const TIME: usize = 0;
+const FORCE: usize = 1;
+const RATIO: usize = 2;
+const POINT: usize = 3;
+const STRETCH: usize = 4;
 
 /// The median with the error `1.4826 MAD / sqrt(n)`; none of fewer than two values.
-pub(crate) fn median_of(mut values: Vec<f64>) -> Option<Estimate> {
-    let value = median(&mut values);
-    let count = values.len() as f64;
+pub(crate) fn median_of(mut values: Vec<f64>) -> Option<Value> {
+    let (value, count) = (median(&mut values), values.len() as f64);
     values.iter_mut().for_each(|of| *of = (*of - value).abs());
     (count > 1.0).then(|| [value, MAD_TO_SIGMA * median(&mut values) / count.sqrt()])
 }
 
-/// A straight line by least squares through points that come one by one (Welford, Technometrics 4, 419 (1962)).
-#[derive(Debug, Default)]
-struct Line {
-    count: f64,
-    mean: [f64; 2],
-    /// Sums of products of deviations: x x, x y, y y.
-    products: [f64; 3],
+/// The slope of the least-squares line of a column on another; none where either is not measured.
+fn slope(means: &[Means], x: usize, y: usize) -> Option<Value> {
+    let count = means.len() as f64;
+    let [mean_x, mean_y] = [x, y].map(|n| means.iter().map(|of| of[n]).sum::<f64>() / count);
+    let off = || means.iter().map(|of| (of[x] - mean_x, of[y] - mean_y));
+    let spread: f64 = off().map(|(x, _)| x * x).sum();
+    let slope = off().map(|(x, y)| x * y).sum::<f64>() / spread;
+    let residual: f64 = off().map(|(x, y)| (y - slope * x).powi(2)).sum();
+    (count > 2.0 && slope.is_finite()).then(|| [slope, (residual / (count - 2.0) / spread).sqrt()])
 }
 
-impl Line {
-    fn add(&mut self, x: f64, y: f64) {
-        self.count += 1.0;
-        let before = [x - self.mean[0], y - self.mean[1]];
-        self.mean = [0, 1].map(|n| self.mean[n] + before[n] / self.count);
-        let after = [x - self.mean[0], y - self.mean[1]];
-        let added = [before[0] * after[0], before[0] * after[1], before[1] * after[1]];
-        self.products = [0, 1, 2].map(|n| self.products[n] + added[n]);
-    }
-
-    /// None of fewer than three points, or of points at one x.
-    fn slope(&self) -> Option<Estimate> {
-        let [xx, xy, yy] = self.products;
-        let variance = (yy - xy * xy / xx).max(0.0) / (self.count - 2.0);
-        (self.count > 2.0 && xx > 0.0).then(|| [xy / xx, (variance / xx).sqrt()])
-    }
+/// The mean of `F_T / F_N` from a time on; of no or a resting drive there is none.
+fn sliding(means: &[Means], from_s: f64, speed: Option<f64>) -> Option<Value> {
+    let means = &means[means.partition_point(|of| of[TIME] < from_s)..];
+    let of = |means: &[Means]| means.iter().map(|of| of[RATIO]).sum::<f64>() / means.len() as f64;
+    let blocks = || means.chunks_exact((means.len() / BLOCKS).max(1)).take(BLOCKS);
+    let middle = blocks().map(of).sum::<f64>() / BLOCKS as f64;
+    let squares: f64 = blocks().map(|block| (of(block) - middle).powi(2)).sum();
+    let moves_half = |block: &[Means]| {
+        let moved = |n: usize| block[block.len() - 1][n] - block[0][n];
+        speed.is_none_or(|speed| moved(POINT) / (speed * moved(TIME)) > 0.5)
+    };
+    let is_told = means.len() > BLOCKS && middle.is_finite() && blocks().all(moves_half);
+    is_told.then(|| [of(means), (squares / (BLOCKS as f64 - 1.0) / BLOCKS as f64).sqrt()])
 }
 
-/// `F_T / F_N` over time, in sums of equally many samples.
-#[derive(Debug)]
-struct Ratios {
-    /// Samples of a sum.
-    each: u64,
-    /// Samples of the last one.
-    last: u64,
-    sums: Vec<Sum>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Sum {
-    ratio: f64,
-    /// The time of the first sample, and the load point there.
-    time_s: f64,
-    point_m: f64,
-}
-
-impl Ratios {
-    fn add(&mut self, sample: Sum) {
-        if self.last < self.each {
-            let sum = self.sums.last_mut().expect("one is begun");
-            sum.ratio += sample.ratio;
-            self.last += 1;
-            return;
-        }
-        if self.sums.len() == MOST_SUMS {
-            let pair = |pair: &[Sum]| Sum { ratio: pair[0].ratio + pair[1].ratio, ..pair[0] };
-            self.sums = self.sums.chunks_exact(2).map(pair).collect();
-            self.each *= 2;
-        }
-        self.sums.push(sample);
-        self.last = 1;
+/// `mu_d` and the tilt `theta` of the normal load by points `x / L` and `F_T / F_N` of first reach; none of fewer than
+/// four. The errors are those of the fit, up to ten times too small.
+pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
+    let [mut aa, mut ab, mut bb, mut ay, mut by] = [0.0; 5];
+    for [x, y] in points {
+        let bend = x - x * x;
+        [aa, ab, bb, ay, by] = [aa + x * x, ab + x * bend, bb + bend * bend, ay + x * y, by + bend * y];
     }
-
-    /// The whole sums from a time on.
-    fn from(&self, time_s: f64) -> &[Sum] {
-        let whole = self.sums.len() - usize::from(self.last < self.each);
-        &self.sums[self.sums.partition_point(|sum| sum.time_s < time_s).min(whole)..whole]
-    }
-
-    /// The mean from a time on.
-    fn mean(&self, time_s: f64) -> f64 {
-        let sums = self.from(time_s);
-        sums.iter().map(|sum| sum.ratio).sum::<f64>() / (sums.len() as u64 * self.each) as f64
-    }
-
-    /// Its standard error by the means of blocks; none of too few samples, or of a drive that stops.
-    fn error(&self, time_s: f64, velocity_m_per_s: Option<f64>) -> Option<f64> {
-        let sums = self.from(time_s);
-        let length = sums.len() / BLOCKS;
-        if length == 0 {
-            return None;
-        }
-        // It moves less than half as far as on the whole.
-        let rests = |block: &[Sum]| {
-            let [first, .., last] = block else { return false };
-            let due_m = velocity_m_per_s.unwrap_or_default() * (last.time_s - first.time_s);
-            (last.point_m - first.point_m) / due_m < 0.5
-        };
-        let blocks = || sums.chunks_exact(length).take(BLOCKS);
-        let mean = |block: &[Sum]| {
-            block.iter().map(|sum| sum.ratio).sum::<f64>() / (length as u64 * self.each) as f64
-        };
-        let means: Vec<f64> = blocks().map(mean).collect();
-        let count = BLOCKS as f64;
-        let middle = means.iter().sum::<f64>() / count;
-        let variance = means.iter().map(|mean| (mean - middle).powi(2)).sum::<f64>() / (count - 1.0);
-        (!blocks().any(rests)).then(|| (variance / count).sqrt())
-    }
+    let determinant = aa * bb - ab * ab;
+    let (a, b) = ((bb * ay - ab * by) / determinant, (aa * by - ab * ay) / determinant);
+    let squares: f64 = points.iter().map(|[x, y]| (y - a * x - b * (x - x * x)).powi(2)).sum();
+    let variance = squares / (points.len() as f64 - 2.0) / determinant;
+    let (a_error, b_error) = ((variance * bb).sqrt(), (variance * aa).sqrt());
+    let is_fit = points.len() >= FEWEST_POINTS && determinant > 0.0 && a > 0.0;
+    is_fit.then(|| [[a, a_error], [b / a, (b_error / a).hypot(b * a_error / (a * a))]])
 }
 
 impl Recording {
-    /// Reads the forces and the shear gauges once more. Of what was found, the first global slip, the load drops and
-    /// the arrivals count.
+    /// Rows of what records and load drops tell. The forces and the shear gauges are read once more.
     pub(crate) fn estimates(
         &self,
         records: &[StepRecord],
         drops: &[LoadDrop],
-    ) -> Result<Estimates, RecordingError> {
-        let (step, time_grid, ruptures) = (self.last_step(), self.time_grid(), self.ruptures(records));
-        let [mut velocity, mut stiffness, mut dynamic] = [None; 3];
-        if let Some(stream) = self.description.forces {
-            let (mut channels, rows) = self.force_channels(stream);
-            let of_end = |channel: &&Channel| channel.role == Role::Slip && channel.x_m == Some(0.0);
-            channels.extend(self.description.streams[stream].channel.iter().find(of_end));
-            let end = channels.get(rows.iter().flatten().count()).map(|_| channels.len() - 1);
-            let known_n = self.description.slider.normal_force_n.map(|load| load.0);
-            let [mut point, mut spring] = [Line::default(), Line::default()];
-            let mut ratios = Ratios { each: 1, last: 1, sums: Vec::new() };
-            let mut before = (0, 0);
-            self.pass(stream, &channels, &mut |part, block, _| {
-                before = if before.0 == part { before } else { (part, 0) };
-                for n in 0..block[0].len() {
-                    let at = |row: usize| channels[row].si(block[row][n]);
-                    let time_s = self.streams[stream].parts[part].time_s((before.1 + n) as f64);
-                    let [force_n, normal_n, point_m] = rows.map(|row| row.map(at));
-                    let force_n = force_n.expect("the stream has a tangential force");
-                    if let Some(point_m) = point_m {
-                        point.add(time_s, point_m);
-                        if let Some(end) = end {
-                            spring.add(point_m - at(end), force_n);
-                        }
-                    }
-                    if let Some(normal_n) = normal_n.or(known_n) {
-                        let point_m = point_m.unwrap_or_default();
-                        ratios.add(Sum { ratio: force_n / normal_n, time_s, point_m });
-                    }
+    ) -> Result<Vec<Row>, RecordingError> {
+        let (header, step, grid) = (self.header(&[]), self.last_step(), self.time_grid());
+        let mut tracker = RuptureTracker::new(header.blocks, header.time_step_s, header.scales.link_s());
+        let mut ruptures = Vec::new();
+        records.iter().for_each(|record| tracker.observe(record, &mut ruptures));
+        tracker.finish(&mut ruptures);
+        ruptures.sort_by_key(|rupture| rupture.onset_step);
+        let global = ruptures.iter().position(|rupture| rupture.blocks.len() == header.blocks as usize);
+        let means = self.means()?;
+        let (velocity, mut rows) = (slope(&means, TIME, POINT), Vec::new());
+        let speed = velocity.map(|[speed, _]| speed);
+        let exceeds_mean = |drop: &&LoadDrop| {
+            let before = drop.ft_fn_before.zip(sliding(&means, drop.onset_s, None));
+            before.is_some_and(|(before, [mean, _])| before > mean)
+        };
+        let from_s = match self.description.contacts {
+            Some(_) => global.map(|n| grid.time_s(ruptures[n].onset_step)),
+            None => drops.iter().find(exceeds_mean).map(|drop| drop.onset_s),
+        };
+        let mut points = Vec::new();
+        if let Some(sensors) = header.sensors.filter(|_| self.description.forces.is_some()) {
+            let last = |rupture: &Slipped| rupture.blocks.keys().next_back().copied().unwrap_or_default();
+            let mut farthest: Option<&Slipped> = None;
+            let up_to_global = ruptures.iter().take(global.map_or(usize::MAX, |global| global + 1));
+            for rupture in up_to_global.filter(|rupture| rupture.blocks.contains_key(&1)) {
+                let before = farthest.filter(|before| last(before) > last(rupture)).unwrap_or(rupture);
+                let [low, high] = [farthest.unwrap_or(rupture), rupture].map(|rupture| rupture.ft_fn_onset);
+                for sensor in last(farthest.unwrap_or(rupture)) + 1..=last(rupture) {
+                    let x_over_l = sensors.x_m(sensor).unwrap_or_default() / sensors.length_m;
+                    let (ft_fn, ft_fn_error) = ((low + high) / 2.0, (high - low).abs() / 12f64.sqrt());
+                    let time_s = grid.time_s(step);
+                    rows.push(Row::new(FirstReach { step, time_s, sensor, x_over_l, ft_fn, ft_fn_error }));
+                    points.push([x_over_l, ft_fn]);
                 }
-                before.1 += block[0].len();
-                Ok(())
-            })?;
-            [velocity, stiffness] = [point.slope(), spring.slope()];
-            let exceeds_mean =
-                |drop: &&LoadDrop| drop.ft_fn_before.is_some_and(|ratio| ratio > ratios.mean(drop.onset_s));
-            let from_s = match self.description.contacts {
-                Some(stream) => {
-                    let reached_all = |rupture: &&Slipped| {
-                        rupture.blocks.len() == self.description.streams[stream].sensors.len()
-                    };
-                    let onsets = ruptures.iter().filter(reached_all).map(|rupture| rupture.onset_step);
-                    onsets.min().map(|step| time_grid.time_s(step))
-                }
-                None => drops.iter().find(exceeds_mean).map(|drop| drop.onset_s),
-            };
-            let speed = velocity.map(|[speed, _]| speed);
-            dynamic = from_s.and_then(|s| Some([ratios.mean(s), ratios.error(s, speed)?]));
+                farthest = Some(before);
+            }
         }
-        let local = median_of(self.shear_ratios(&ruptures)?);
-        let parts = |of: Option<Estimate>| (of.map(|of| of[0]), of.map(|of| of[1]));
-        let (drive_velocity_m_per_s, drive_velocity_error_m_per_s) = parts(velocity);
-        let (drive_stiffness_n_per_m, drive_stiffness_error_n_per_m) = parts(stiffness);
-        let (dynamic_coefficient, dynamic_coefficient_error) = parts(dynamic);
-        let (static_coefficient, static_coefficient_error) = parts(local);
-        Ok(Estimates {
-            step,
-            time_s: time_grid.time_s(step),
-            drive_velocity_m_per_s,
-            drive_velocity_error_m_per_s,
-            drive_stiffness_n_per_m,
-            drive_stiffness_error_n_per_m,
-            dynamic_coefficient,
-            dynamic_coefficient_error,
-            static_coefficient,
-            static_coefficient_error,
-        })
+        let [by_reach, tilt] = length_law(&points).map_or([None; 2], |told| told.map(Some));
+        let rate = median_of(drops.iter().map(|drop| drop.loading_rate_n_per_s).collect());
+        let numbers = [
+            ("drive_velocity_m_per_s", velocity),
+            ("drive_stiffness_n_per_m", slope(&means, STRETCH, FORCE)),
+            ("system_stiffness_n_per_m", rate.zip(speed).map(|(rate, speed)| rate.map(|of| of / speed))),
+            ("dynamic_coefficient", from_s.and_then(|from_s| sliding(&means, from_s, speed))),
+            ("dynamic_coefficient_first_reach", by_reach),
+            ("tilt", tilt),
+            ("static_coefficient", median_of(self.shear_ratios(&ruptures)?)),
+        ];
+        rows.extend(numbers.into_iter().filter_map(|(number, told)| {
+            let ([value, error], number, time_s) = (told?, number.to_owned(), grid.time_s(step));
+            Some(Row::new(Estimate { step, time_s, number, value, error }))
+        }));
+        Ok(rows)
     }
 
-    fn ruptures(&self, records: &[StepRecord]) -> Vec<Slipped> {
-        let header = self.header(&[]);
-        let mut tracker = RuptureTracker::new(header.blocks, header.time_step_s, header.scales.link_s());
-        let mut found = Vec::new();
-        records.iter().for_each(|record| tracker.observe(record, &mut found));
-        tracker.finish(&mut found);
-        found
+    /// The forces and what belongs to them; empty without forces.
+    fn means(&self) -> Result<Vec<Means>, RecordingError> {
+        let Some(stream) = self.description.forces else { return Ok(Vec::new()) };
+        let (mut channels, places) = self.force_channels(stream);
+        let is_end = |channel: &&Channel| channel.role == Role::Slip && channel.x_m == Some(0.0);
+        let end = self.description.streams[stream].channel.iter().find(is_end);
+        let end_place = end.map(|_| channels.len());
+        channels.extend(end);
+        let (normal_n, parts) = (self.description.slider.normal_force_n, &self.streams[stream].parts);
+        let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
+        let (mut means, mut count, mut at): (Vec<Means>, u64, u64) = (Vec::new(), 0, 0);
+        self.pass(stream, &channels, &mut |part, block, is_last| {
+            for n in 0..block[0].len() {
+                let si = |place: usize| channels[place].si(block[place][n]);
+                let [force, normal, point] = places.map(|place| place.map(si));
+                let [force, point] = [force, point].map(|of| of.unwrap_or(f64::NAN));
+                let ratio = force / normal.or(normal_n.map(|load| load.0)).unwrap_or(f64::NAN);
+                let stretch = point - end_place.map_or(f64::NAN, si);
+                if count.is_multiple_of(each) {
+                    means.push([0.0; 5]);
+                }
+                let sample = [parts[part].time_s((at + n as u64) as f64), force, ratio, point, stretch];
+                let mean = means.last_mut().expect("one is begun");
+                mean.iter_mut().zip(sample).for_each(|(mean, of)| *mean += of / each as f64);
+                count += 1;
+            }
+            at = if is_last { 0 } else { at + block[0].len() as u64 };
+            Ok(())
+        })?;
+        means.truncate((count / each.max(1)) as usize);
+        Ok(means)
     }
 
     /// At each arrival the largest shear just before, by a gauge at the sensor, over the normal load that it reads.
@@ -233,11 +200,11 @@ impl Recording {
         let (wanted, requests): (Vec<usize>, Vec<Request>) = arrivals.filter_map(request).unzip();
         let mut ratios = vec![0.0; wanted.len()];
         self.gather(stream, &gauges.iter().collect::<Vec<_>>(), requests, &mut |n, request, rows| {
-            let (gauge, samples) =
-                (wanted[n], request.samples.start - rows.first..request.samples.end - rows.first);
-            let stored = &rows.rows[gauge][samples.start as usize..samples.end as usize];
-            let shear_n = stored.iter().map(|stored| gauges[gauge].si(*stored));
-            let normal_n = gauges[gauge].normal_n.map_or(f64::NAN, |load| load.0);
+            let gauge = &gauges[wanted[n]];
+            let [from, to] =
+                [request.samples.start, request.samples.end].map(|of| (of - rows.first) as usize);
+            let shear_n = rows.rows[wanted[n]][from..to].iter().map(|stored| gauge.si(*stored));
+            let normal_n = gauge.normal_n.map_or(f64::NAN, |load| load.0);
             ratios[n] = shear_n.fold(f64::NEG_INFINITY, f64::max) / normal_n;
         })?;
         Ok(ratios)

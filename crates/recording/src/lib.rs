@@ -14,7 +14,7 @@
 //! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
 //! - `estimates`: numbers of a model that samples tell.
 //! - `steps`: the step records, one sensor a block.
-//! - [`scenario()`]: a scenario by what a log tells, with [`first_reach`].
+//! - [`scenario()`]: a scenario by what a log tells.
 //! - [`Sampler`]: the way back, a run as instruments would have recorded it.
 //!
 //! Nothing here prints or writes. A force that falls once, read from a table beside its description:
@@ -72,7 +72,8 @@ mod window;
 
 pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, Place, RecordingError};
+pub use estimates::length_law;
 pub use recording::{Detected, Recording};
 pub use sample::{NOISE, Sampler};
 pub use samples::{Block, Samples};
-pub use scenario::{FirstReach, first_reach, length_law, numbers, scenario};
+pub use scenario::scenario;

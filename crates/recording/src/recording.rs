@@ -302,7 +302,7 @@ impl Recording {
         found.records =
             timeline.records(&loads, self.description.slider.normal_force_n.map_or(1.0, |load| load.0));
         found.noise.sort_by_key(|noise| noise.step);
-        found.noise.push(Row::new(self.estimates(&found.records, &found.drops)?));
+        found.noise.extend(self.estimates(&found.records, &found.drops)?);
         Ok(found)
     }
 

@@ -4,8 +4,7 @@
 //! friction; real contact is 1, and 0.88 while it slides, of a contact with junctions in proportion to those that slip.
 //! Noise is white and Gaussian. Streams in segments are triggered by ruptures.
 
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use asperity_files::{FileError, FileSet};
 use asperity_model::{Draws, Plan, RecordingPlan, Scenario, WindowPlan, mixed};
@@ -18,12 +17,6 @@ use crate::input::Folder;
 use crate::recording::WINDOW;
 use crate::survey::survey;
 
-/// Share of its real contact that a contact loses when it detaches.
-const LOST_AREA: f64 = 0.12;
-
-/// Windows of samples that a segment begins before a rupture, and ends behind it.
-const MARGIN_WINDOWS: f64 = 16.0;
-
 /// Standard deviations of the noise of a sample by role, in SI units, of real contact over that of a stuck contact.
 pub const NOISE: [(Role, f64); 6] = [
     (Role::TangentialForce, 0.03),
@@ -34,163 +27,121 @@ pub const NOISE: [(Role, f64); 6] = [
     (Role::ShearForce, 0.03),
 ];
 
-/// Writes the files of a run as instruments record it, while its steps are taken once more.
+/// Share of its real contact that a contact loses when it detaches.
+const LOST_AREA: f64 = 0.12;
+
+/// Windows of samples that a segment begins before a rupture, and ends behind it.
+const MARGIN_WINDOWS: u64 = 16;
+
+/// Samples a run while its steps are taken once more.
 #[derive(Debug)]
 pub struct Sampler<'a> {
     scenario: &'a Scenario,
+    like: &'a Description,
     plan: Plan,
-    streams: Vec<Stream>,
     windows: Vec<Window>,
+    /// Of a role the first counts.
     noise: Vec<(Role, f64)>,
     seed: u32,
     /// The share of each contact that slips.
     slipping: Vec<f64>,
-    /// Both forces of the last step record.
+    /// `F_T` and `F_N` of the last step record.
     forces_n: [f64; 2],
     hold_step: u64,
-    files: &'a FileSet,
-    folder: PathBuf,
-    problem: Option<FileError>,
-}
-
-#[derive(Debug)]
-struct Stream {
-    channels: Vec<Channel>,
-    every_steps: u64,
-    in_segments: bool,
-    /// Samples so far.
-    count: u64,
 }
 
 /// A segment of a stream, or all of it.
 #[derive(Debug)]
 struct Window {
     stream: usize,
-    segment: usize,
     steps: WindowPlan,
-    /// What was sampled, as the file has it.
-    bytes: Vec<u8>,
+    samples: Vec<f64>,
 }
 
-/// The file of a stream.
-fn file(stream: usize, segment: Option<&dyn Display>) -> String {
-    let segment = segment.map(|segment| format!("-{segment}")).unwrap_or_default();
-    format!("stream-{}{segment}.npy", stream + 1)
-}
-
-/// The heading of an array of doubles, format 1.0 of NumPy's NPY.
-fn heading(samples: u64, channels: usize) -> Vec<u8> {
-    let shape = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({samples}, {channels}), }}");
-    // A multiple of 64 bytes with the ten before it.
-    let length = (shape.len() + 11).next_multiple_of(64) - 10;
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((length as u16).to_le_bytes());
-    bytes.extend(format!("{shape:<width$}\n", width = length - 1).bytes());
-    bytes
+/// The contact that a channel reads, counted from 0.
+fn contact(plan: &Plan, channel: &Channel) -> usize {
+    ((channel.x_m.unwrap_or_default() / plan.spacing_m).round() as usize).min(plan.blocks - 1)
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler of a run with those ruptures by the instruments of a description, with noise as in [`NOISE`], of which
-    /// the first of a role counts, from a seed. The files go into a folder.
+    /// A sampler of a run with those ruptures, with noise from a seed; `noise` precedes [`NOISE`].
     ///
     /// # Errors
     /// If no run has what a channel measures where it is, a stream in segments has none, or the file of one with a column
     /// of times cannot be read.
     pub fn new(
-        like: &mut Description,
-        (scenario, ruptures): (&'a Scenario, &[Rupture]),
-        (noise, seed): (Vec<(Role, f64)>, u32),
-        (files, folder): (&'a FileSet, &Path),
+        like: &'a Description,
+        scenario: &'a Scenario,
+        ruptures: &[Rupture],
+        noise: &[(Role, f64)],
+        seed: u32,
     ) -> Result<Sampler<'a>, RecordingError> {
-        let (plan, file) = (Plan::new(scenario), like.file.clone());
+        let plan = Plan::new(scenario);
         let refused = |problem: String, accepted| -> RecordingError {
-            InputFault::new(&file, Place::File, problem, accepted).into()
+            InputFault::new(&like.file, Place::File, problem, accepted).into()
         };
+        let is_lost = |channel: &&Channel| {
+            matches!(channel.role, Role::Acoustic | Role::ShearStrain) || channel.x_m > Some(plan.length_m)
+        };
+        if let Some(lost) = like.streams.iter().flat_map(|stream| stream.channels()).find(is_lost) {
+            let accepted = "forces, load point, slip, contact-area, shear-force, from 0 to the slider's end";
+            return Err(refused(format!("channel {} has nothing to measure", lost.column), accepted));
+        }
         if plan.elastic.layout().is_area() {
             return Err(refused("contacts over an area".to_owned(), "a run with contacts in a single row"));
         }
-        let mut streams = Vec::new();
-        for stream in &mut like.streams {
+        let mut every_steps = Vec::new();
+        for stream in &like.streams {
             let interval_s = match stream.rate_hz {
                 Some(rate) => 1.0 / rate.0,
-                None => survey(&Folder::of(&file), stream)?.interval_s,
+                None => survey(&Folder::of(&like.file), &mut stream.clone())?.interval_s,
             };
-            let mut channels: Vec<Channel> = stream.channels().cloned().collect();
-            for channel in &mut channels {
-                let si = channel.unit.is_none().then(|| channel.role.si_unit());
-                let scale = channel.scale_by(si);
-                channel.scale =
-                    scale.map_err(|problem| refused(problem, "a unit of what the channel measures"))?;
-                let x_m = channel.x_m.unwrap_or_default();
-                if matches!(channel.role, Role::Acoustic | Role::ShearStrain) || x_m > plan.length_m {
-                    let problem = format!("channel {} at {x_m} m", channel.column);
-                    let accepted =
-                        "forces, load point, slip, contact-area and shear-force on the simulated slider";
-                    return Err(refused(problem, accepted));
-                }
-            }
-            let every_steps = plan.grid.nearest_step(interval_s).max(1);
-            streams.push(Stream { channels, every_steps, in_segments: stream.starts.is_some(), count: 0 });
+            every_steps.push(plan.grid.nearest_step(interval_s).max(1));
         }
-        let segmented = || streams.iter().filter(|stream| stream.in_segments);
-        let slowest_steps = segmented().map(|stream| stream.every_steps).max().unwrap_or_default();
-        let window_steps =
-            like.detection.window_s.map_or(WINDOW * slowest_steps, |s| plan.grid.nearest_step(s.0));
-        let margin = (MARGIN_WINDOWS * window_steps as f64) as u64;
-        let passes_sensor = |rupture: &&Rupture| {
-            let mut at = segmented()
-                .flat_map(|stream| &stream.channels)
-                .map(|channel| block(&plan, channel) as u32 + 1);
-            at.any(|block| (rupture.first_block..=rupture.last_block).contains(&block))
-        };
+        let segmented =
+            || like.streams.iter().zip(&every_steps).filter(|(stream, _)| stream.starts.is_some());
+        let window = segmented().map(|(_, every)| WINDOW * every).max().unwrap_or_default();
+        let window = like.detection.window_s.map_or(window, |window_s| plan.grid.nearest_step(window_s.0));
+        let sensors: Vec<usize> = segmented()
+            .flat_map(|(stream, _)| stream.channels())
+            .map(|channel| contact(&plan, channel))
+            .collect();
         let mut spans: Vec<[u64; 2]> = Vec::new();
-        let mut seen: Vec<&Rupture> = ruptures.iter().filter(passes_sensor).collect();
-        seen.sort_by_key(|rupture| rupture.onset_step);
-        for rupture in seen {
-            let [from, to] =
-                [rupture.onset_step.saturating_sub(margin), rupture.end_step.unwrap_or(plan.steps) + margin];
+        let mut in_order: Vec<&Rupture> = ruptures.iter().collect();
+        in_order.sort_by_key(|rupture| rupture.onset_step);
+        for rupture in in_order {
+            let blocks = rupture.first_block as usize..=rupture.last_block as usize;
+            let end_step = rupture.end_step.unwrap_or(plan.steps) + MARGIN_WINDOWS * window;
+            let from_step = rupture.onset_step.saturating_sub(MARGIN_WINDOWS * window);
             match spans.last_mut() {
-                Some(last) if from <= last[1] => last[1] = last[1].max(to),
-                _ => spans.push([from, to]),
+                _ if !sensors.iter().any(|sensor| blocks.contains(&(sensor + 1))) => {}
+                Some(last) if from_step <= last[1] => last[1] = last[1].max(end_step),
+                _ => spans.push([from_step, end_step]),
             }
         }
-        if spans.is_empty() && slowest_steps > 0 {
-            return Err(refused(
-                "segments, and no rupture that begins one".to_owned(),
-                "a run with a rupture at a sensor",
-            ));
+        if spans.is_empty() && segmented().count() > 0 {
+            let problem = "no rupture begins a segment".to_owned();
+            return Err(refused(problem, "a run with a rupture at a sensor"));
         }
         let mut windows = Vec::new();
-        for (n, stream) in streams.iter().enumerate() {
-            let of_stream = if stream.in_segments { &spans[..] } else { &[[0, plan.steps]] };
-            for (segment, [from, to]) in of_stream.iter().enumerate() {
-                let every_steps = stream.every_steps;
+        for (n, (stream, every_steps)) in like.streams.iter().zip(every_steps).enumerate() {
+            let spans = if stream.starts.is_some() { &spans[..] } else { &[[0, plan.steps]] };
+            windows.extend(spans.iter().map(|[from, to]| {
                 let (from_step, to_step) = ((*from).max(every_steps), (*to).min(plan.steps));
-                let samples = (to_step.saturating_sub(from_step)) / every_steps + 1;
                 let steps = WindowPlan { from_step, to_step, every_steps, blocks: 0..plan.blocks };
-                windows.push(Window {
-                    stream: n,
-                    segment: segment + 1,
-                    steps,
-                    bytes: heading(samples, stream.channels.len()),
-                });
-            }
+                Window { stream: n, steps, samples: Vec::new() }
+            }));
         }
-        let (slipping, hold_step) = (vec![0.0; plan.blocks], plan.drive.hold_from_step.unwrap_or(u64::MAX));
-        let noise = noise.into_iter().chain(NOISE).collect();
         Ok(Sampler {
-            scenario,
-            plan,
-            streams,
             windows,
-            noise,
-            seed,
-            slipping,
+            noise: noise.iter().chain(&NOISE).copied().collect(),
+            slipping: vec![0.0; plan.blocks],
             forces_n: [0.0; 2],
-            hold_step,
-            files,
-            folder: folder.to_owned(),
-            problem: None,
+            hold_step: plan.drive.hold_from_step.unwrap_or(u64::MAX),
+            scenario,
+            like,
+            plan,
+            seed,
         })
     }
 
@@ -200,12 +151,11 @@ impl<'a> Sampler<'a> {
         RecordingPlan { windows, ..RecordingPlan::default() }
     }
 
-    fn sample(&mut self, record: &WindowRecord) -> Result<(), FileError> {
-        let window = &mut self.windows[record.window as usize];
-        let stream = &mut self.streams[window.stream];
+    fn sample(&mut self, record: &WindowRecord) {
+        let Window { stream, samples, steps } = &mut self.windows[record.window as usize];
         let point_m = self.plan.outside(record.step, self.hold_step).point_m;
-        for (n, channel) in stream.channels.iter().enumerate() {
-            let at = block(&self.plan, channel);
+        for (n, channel) in self.like.streams[*stream].channels().enumerate() {
+            let at = contact(&self.plan, channel);
             let si = match channel.role {
                 Role::TangentialForce => self.forces_n[0],
                 Role::NormalForce => self.forces_n[1],
@@ -214,98 +164,96 @@ impl<'a> Sampler<'a> {
                 Role::Slip => record.displacement_m[at],
                 _ => record.tangential_force_n[at],
             };
-            let seed = mixed(u64::from(self.seed) << 32 | (window.stream as u64) << 24 | n as u64) >> 32;
             let size =
                 self.noise.iter().find(|(role, _)| *role == channel.role).map_or(0.0, |(_, size)| *size);
-            let noise = size * Draws { seed, stream: 0 }.gaussian(stream.count);
-            let stored = (si + noise) / channel.scale - channel.offset.0 / channel.factor.0;
-            window.bytes.extend(stored.to_le_bytes());
+            let seed = mixed(u64::from(self.seed) << 32 | (*stream as u64) << 24 | n as u64) >> 32;
+            let noise = Draws { seed, stream: 0 }.gaussian(record.step / steps.every_steps);
+            samples.push((si + size * noise) / channel.unit_or_si().1);
         }
-        stream.count += 1;
-        if record.step + stream.every_steps > window.steps.to_step {
-            let segment: Option<&dyn Display> = if stream.in_segments { Some(&window.segment) } else { None };
-            self.files
-                .write(&self.folder.join(file(window.stream, segment)), std::mem::take(&mut window.bytes))?;
-        }
-        Ok(())
     }
 
-    /// Writes what describes the samples, once all are there, and returns the number of their files.
+    /// Writes the samples as arrays of NumPy, and their description. Returns how many arrays there are.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn finish(self, like: &Description) -> Result<usize, FileError> {
-        if let Some(problem) = self.problem {
-            return Err(problem);
-        }
-        let mut table: Table = toml::from_str(&like.text).expect("it was read");
-        let (grid, scales, of) = (self.plan.grid, self.plan.scales, &self.scenario.slider);
-        let mut slider = Table::new();
-        let mut add = |key: &str, value: f64| slider.insert(key.to_owned(), value.into());
-        add("length_m", of.length_m);
-        add("width_m", of.width_m);
-        add("height_m", of.height_m);
-        add("youngs_modulus_pa", of.youngs_modulus_pa);
-        add("wave_speed_m_per_s", scales.block_length_m / scales.block_time_s);
-        if !like.streams.iter().any(|stream| stream.with(Role::NormalForce).is_some()) {
-            add("normal_force_n", self.scenario.normal_load.total_n);
-        }
-        table.insert("slider".to_owned(), slider.into());
-        let tables = table["stream"].as_array_mut().expect("it has streams").iter_mut();
-        for (n, ((entry, described), stream)) in tables.zip(&like.streams).zip(&self.streams).enumerate() {
-            let entry = entry.as_table_mut().expect("each is a table");
-            entry.retain(|key, _| ["channel", "array"].contains(&key));
-            let mut set = |key: &str, value: Value| entry.insert(key.to_owned(), value);
-            set("name", described.name().into());
-            set("file", file(n, stream.in_segments.then_some(&"*" as &dyn Display)).into());
-            let every_s = grid.time_s(stream.every_steps);
-            set("rate_hz", (1.0 / every_s).into());
-            if stream.in_segments {
-                let named = format!("stream-{}-starts.csv", n + 1);
-                let own = self.windows.iter().filter(|window| window.stream == n);
-                let starts: String =
-                    own.map(|window| format!("{}\n", grid.time_s(window.steps.from_step))).collect();
-                self.files.write(&self.folder.join(&named), format!("start_s\n{starts}"))?;
-                let starts = [("file", named.as_str()), ("column", "start_s"), ("unit", "s")];
-                let starts: Table =
-                    starts.into_iter().map(|(key, text)| (key.to_owned(), text.into())).collect();
-                set("starts", starts.into());
-            } else {
-                set("start_s", every_s.into());
+    pub fn write(&self, files: &FileSet, folder: &Path) -> Result<usize, FileError> {
+        let (of, scales, grid) = (&self.scenario.slider, self.plan.scales, self.plan.grid);
+        let mut text = format!(
+            "format = 1\nname = {}\n\n[slider]\nlength_m = {:?}\nwidth_m = {:?}\nheight_m = {:?}\n\
+             youngs_modulus_pa = {:?}\nwave_speed_m_per_s = {:?}\nnormal_force_n = {:?}\n",
+            Value::from(self.like.name.as_str()),
+            of.length_m,
+            of.width_m,
+            of.height_m,
+            of.youngs_modulus_pa,
+            scales.block_length_m / scales.block_time_s,
+            self.scenario.normal_load.total_n
+        );
+        for (n, stream) in self.like.streams.iter().enumerate() {
+            let windows = || self.windows.iter().filter(|window| window.stream == n);
+            let (named, count) = (format!("stream-{}", n + 1), stream.channels().count());
+            let first = &windows().next().expect("a stream has one").steps;
+            let (start_s, every_s) = (grid.time_s(first.from_step), grid.time_s(first.every_steps));
+            let (star, clock) = match &stream.starts {
+                Some(_) => ("-*", format!("starts = {{ file = \"{named}.csv\", column = \"start_s\" }}")),
+                None => ("", format!("start_s = {start_s:?}")),
+            };
+            text += &format!(
+                "\n[[stream]]\nname = {}\nfile = \"{named}{star}.npy\"\nrate_hz = {:?}\n{clock}\n",
+                Value::from(stream.name()),
+                1.0 / every_s
+            );
+            if let Some(first) = stream.sensors.first() {
+                let of =
+                    |number: fn(&Channel) -> Option<f64>| stream.sensors.iter().filter_map(number).collect();
+                let (x_m, normal_n): (Vec<f64>, Vec<f64>) =
+                    (of(|sensor| sensor.x_m), of(|sensor| sensor.normal_n.map(|load| load.0)));
+                let loads =
+                    if normal_n.is_empty() { String::new() } else { format!("normal_n = {normal_n:?}\n") };
+                let (heading, sensors) = (heading(first), x_m.len());
+                text += &format!(
+                    "[[stream.array]]\n{heading}channels = \"1..{sensors}\"\nx_m = {x_m:?}\n{loads}"
+                );
             }
-            let sensors = described.sensors.len();
-            let all = ["channel", "array"].map(|key| entry.get(key).and_then(Value::as_array).cloned());
-            let [mut channels, mut arrays] = all.map(Option::unwrap_or_default);
-            for (k, (table, channel)) in channels.iter_mut().zip(&described.channel).enumerate() {
-                let table = table.as_table_mut().expect("it is one");
-                table.insert("column".to_owned(), ((sensors + k + 1) as i64).into());
-                table.entry("unit").or_insert(channel.role.si_unit().into());
+            for (place, channel) in (stream.sensors.len() + 1..).zip(&stream.channel) {
+                let x_m = channel.x_m.map(|x_m| format!("x_m = {x_m:?}\n")).unwrap_or_default();
+                text += &format!("[[stream.channel]]\n{}column = {place}\n{x_m}", heading(channel));
             }
-            for table in &mut arrays {
-                let table = table.as_table_mut().expect("it is one");
-                table.retain(|key, _| ["role", "unit", "factor"].contains(&key));
-                table.entry("unit").or_insert(described.sensors[0].role.si_unit().into());
-                table.insert("channels".to_owned(), format!("1..{sensors}").into());
-                let list = |of: fn(&Channel) -> Option<f64>| -> Vec<f64> {
-                    described.sensors.iter().filter_map(of).collect()
-                };
-                table.insert("x_m".to_owned(), list(|sensor| sensor.x_m).into());
-                let loads = list(|sensor| sensor.normal_n.map(|load| load.0));
-                if !loads.is_empty() {
-                    table.insert("normal_n".to_owned(), loads.into());
-                }
+            let starts = windows().map(|window| format!("{}\n", grid.time_s(window.steps.from_step)));
+            if stream.starts.is_some() {
+                files.write(
+                    &folder.join(named.clone() + ".csv"),
+                    format!("start_s\n{}", starts.collect::<String>()),
+                )?;
             }
-            entry.insert("channel".to_owned(), channels.into());
-            entry.insert("array".to_owned(), arrays.into());
+            for (segment, window) in windows().enumerate() {
+                let file = named.clone() + &star.replace('*', &(segment + 1).to_string()) + ".npy";
+                files.write(&folder.join(file), array(&window.samples, count))?;
+            }
         }
-        self.files.write_record(&self.folder.join("recording.toml"), table.to_string())?;
+        let mut like: Table = toml::from_str(&self.like.text).expect("it was read");
+        like.retain(|key, _| key == "detection");
+        files.write_record(&folder.join("recording.toml"), format!("{text}\n{like}"))?;
         Ok(self.windows.len())
     }
 }
 
-/// The contact that a channel reads, counted from 0.
-fn block(plan: &Plan, channel: &Channel) -> usize {
-    ((channel.x_m.unwrap_or_default() / plan.spacing_m).round() as usize).min(plan.blocks - 1)
+fn heading(channel: &Channel) -> String {
+    let role = Value::try_from(channel.role).expect("it is a word");
+    format!("role = {role}\nunit = \"{}\"\n", channel.unit_or_si().0)
+}
+
+/// An array of NumPy, format 1.0, of doubles, samples first.
+fn array(samples: &[f64], channels: usize) -> Vec<u8> {
+    let rows = samples.len() / channels;
+    let shape = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {channels}), }}");
+    // Of a multiple of 64 bytes with the ten before.
+    let length = (shape.len() + 11).next_multiple_of(64) - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{shape:<width$}\n", width = length - 1).bytes());
+    bytes.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
+    bytes
 }
 
 impl Observer for Sampler<'_> {
@@ -314,21 +262,15 @@ impl Observer for Sampler<'_> {
             Record::Step(step) => {
                 for switch in &step.switches {
                     let whole = f64::from(switch.direction == Direction::Detach);
-                    let share = |slipping| f64::from(slipping) / f64::from(self.scenario.junction_count());
+                    let share = |count| f64::from(count) / f64::from(self.scenario.junction_count());
                     self.slipping[switch.block as usize - 1] = switch.junctions_slipping.map_or(whole, share);
                 }
                 self.forces_n = [step.driving_force_n, step.normal_load_n];
-                let is_reached = |ratio| step.load_ratio() >= ratio;
-                if self.hold_step == u64::MAX && self.plan.drive.until_load_ratio.is_some_and(is_reached) {
-                    self.hold_step = step.step;
-                }
+                let stops = self.plan.drive.until_load_ratio.is_some_and(|ratio| step.load_ratio() >= ratio);
+                self.hold_step = if stops { self.hold_step.min(step.step) } else { self.hold_step };
             }
-            Record::Window(window) => self.problem = self.sample(window).err(),
+            Record::Window(window) => self.sample(window),
             _ => {}
         }
-    }
-
-    fn is_done(&self) -> bool {
-        self.problem.is_some()
     }
 }

@@ -4,13 +4,12 @@
 //! Friction and tilt follow from *first reach* as well: a rupture from the driven end that for the first time reaches a
 //! place `x`, over the length of the slider, needs `F_T / F_N = mu_d (x + theta (x - x^2))`.
 
-use asperity_detect::{Passage, RuptureTracker, Slipped};
-use asperity_record::{Estimate, FirstReach, LoadDrop, Row, StepRecord};
+use asperity_detect::{RuptureTracker, Slipped};
+use asperity_record::{Estimate, FirstReach, LoadDrop, Row};
 
 use crate::description::{Channel, Role};
 use crate::error::RecordingError;
-use crate::force::Request;
-use crate::recording::Recording;
+use crate::recording::{Detected, Progress, Ranges, Recording};
 use crate::window::{MAD_TO_SIGMA, median};
 
 /// Samples of a shear gauge up to an arrival, the largest of which counts.
@@ -87,20 +86,21 @@ pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
 }
 
 impl Recording {
-    /// Rows of what records and load drops tell. The forces and the shear gauges are read once more.
+    /// Rows of what steps and load drops tell. The forces and the shear gauges are read once more.
     pub(crate) fn estimates(
         &self,
-        records: &[StepRecord],
-        drops: &[LoadDrop],
+        found: &Detected,
+        progress: &mut Progress<'_>,
     ) -> Result<Vec<Row>, RecordingError> {
-        let (header, step, grid) = (self.header(&[]), self.last_step(), self.time_grid());
-        let mut tracker = RuptureTracker::new(header.blocks, header.time_step_s, header.scales.link_s());
+        let (step, grid, drops, x_m) =
+            (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
+        let mut tracker = RuptureTracker::new(x_m.len().max(1) as u32, grid.step_s(), self.scales().link_s());
         let mut ruptures = Vec::new();
-        records.iter().for_each(|record| tracker.observe(record, &mut ruptures));
+        found.steps().for_each(|record| tracker.observe(&record, &mut ruptures));
         tracker.finish(&mut ruptures);
         ruptures.sort_by_key(|rupture| rupture.onset_step);
-        let global = ruptures.iter().position(|rupture| rupture.blocks.len() == header.blocks as usize);
-        let means = self.means()?;
+        let global = ruptures.iter().position(|rupture| rupture.blocks.len() == x_m.len());
+        let means = self.means(progress)?;
         let (velocity, mut rows) = (slope(&means, TIME, POINT), Vec::new());
         let speed = velocity.map(|[speed, _]| speed);
         let exceeds_mean = |drop: &&LoadDrop| {
@@ -112,7 +112,7 @@ impl Recording {
             None => drops.iter().find(exceeds_mean).map(|drop| drop.onset_s),
         };
         let mut points = Vec::new();
-        if let Some(sensors) = header.sensors.filter(|_| self.description.forces.is_some()) {
+        if self.description.forces.is_some() {
             let last = |rupture: &Slipped| rupture.blocks.keys().next_back().copied().unwrap_or_default();
             let mut farthest: Option<&Slipped> = None;
             let up_to_global = ruptures.iter().take(global.map_or(usize::MAX, |global| global + 1));
@@ -120,7 +120,7 @@ impl Recording {
                 let before = farthest.filter(|before| last(before) > last(rupture)).unwrap_or(rupture);
                 let [low, high] = [farthest.unwrap_or(rupture), rupture].map(|rupture| rupture.ft_fn_onset);
                 for sensor in last(farthest.unwrap_or(rupture)) + 1..=last(rupture) {
-                    let x_over_l = sensors.x_m(sensor).unwrap_or_default() / sensors.length_m;
+                    let x_over_l = x_m[sensor as usize - 1] / self.description.slider.length_m.0;
                     let (ft_fn, ft_fn_error) = ((low + high) / 2.0, (high - low).abs() / 12f64.sqrt());
                     let time_s = grid.time_s(step);
                     rows.push(Row::new(FirstReach { step, time_s, sensor, x_over_l, ft_fn, ft_fn_error }));
@@ -148,7 +148,7 @@ impl Recording {
     }
 
     /// The forces and what belongs to them; empty without forces.
-    fn means(&self) -> Result<Vec<Means>, RecordingError> {
+    fn means(&self, progress: &mut Progress<'_>) -> Result<Vec<Means>, RecordingError> {
         let Some(stream) = self.description.forces else { return Ok(Vec::new()) };
         let (mut channels, places) = self.force_channels(stream);
         let is_end = |channel: &&Channel| channel.role == Role::Slip && channel.x_m == Some(0.0);
@@ -157,8 +157,8 @@ impl Recording {
         channels.extend(end);
         let (normal_n, parts) = (self.description.slider.normal_force_n, &self.streams[stream].parts);
         let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
-        let (mut means, mut count, mut at): (Vec<Means>, u64, u64) = (Vec::new(), 0, 0);
-        self.pass(stream, &channels, &mut |part, block, is_last| {
+        let (mut means, mut count): (Vec<Means>, u64) = (Vec::new(), 0);
+        self.pass(stream, &channels, progress, &mut |part, first, block, _| {
             for n in 0..block[0].len() {
                 let si = |place: usize| channels[place].si(block[place][n]);
                 let [force, normal, point] = places.map(|place| place.map(si));
@@ -168,12 +168,11 @@ impl Recording {
                 if count.is_multiple_of(each) {
                     means.push([0.0; 5]);
                 }
-                let sample = [parts[part].time_s((at + n as u64) as f64), force, ratio, point, stretch];
+                let sample = [parts[part].time_s((first + n as u64) as f64), force, ratio, point, stretch];
                 let mean = means.last_mut().expect("one is begun");
                 mean.iter_mut().zip(sample).for_each(|(mean, of)| *mean += of / each as f64);
                 count += 1;
             }
-            at = if is_last { 0 } else { at + block[0].len() as u64 };
             Ok(())
         })?;
         means.truncate((count / each.max(1)) as usize);
@@ -189,24 +188,25 @@ impl Recording {
         };
         let (gauges, parts) = (&streams[stream].sensors, &self.streams[stream].parts);
         let x_m = self.description.positions_m();
-        let request = |(block, passage): (&u32, &Passage)| {
-            let gauge = gauges.iter().position(|gauge| gauge.x_m == x_m.get(*block as usize - 1).copied())?;
-            let time_s = self.time_grid().time_s(passage.arrival_step);
-            let part = parts.iter().position(|part| (part.first_s()..=part.last_s()).contains(&time_s))?;
+        let passages = ruptures.iter().flat_map(|rupture| &rupture.blocks);
+        let mut arrivals: Vec<(u64, usize)> =
+            passages.map(|(block, passage)| (passage.arrival_step, *block as usize - 1)).collect();
+        arrivals.sort_unstable();
+        let mut ranges = Ranges::new(self, stream, gauges.iter().collect());
+        let mut ratios = Vec::new();
+        for (step, sensor) in arrivals {
+            let time_s = self.time_grid().time_s(step);
+            let part = parts.iter().position(|part| (part.first_s()..=part.last_s()).contains(&time_s));
+            let gauge = gauges.iter().position(|gauge| gauge.x_m == x_m.get(sensor).copied());
+            let (Some(part), Some(gauge)) = (part, gauge) else { continue };
             let end = parts[part].sample_at(time_s) as u64 + 1;
-            Some((gauge, Request { part, samples: end.saturating_sub(SHEAR_SAMPLES)..end }))
-        };
-        let arrivals = ruptures.iter().flat_map(|rupture| &rupture.blocks);
-        let (wanted, requests): (Vec<usize>, Vec<Request>) = arrivals.filter_map(request).unzip();
-        let mut ratios = vec![0.0; wanted.len()];
-        self.gather(stream, &gauges.iter().collect::<Vec<_>>(), requests, &mut |n, request, rows| {
-            let gauge = &gauges[wanted[n]];
-            let [from, to] =
-                [request.samples.start, request.samples.end].map(|of| (of - rows.first) as usize);
-            let shear_n = rows.rows[wanted[n]][from..to].iter().map(|stored| gauge.si(*stored));
-            let normal_n = gauge.normal_n.map_or(f64::NAN, |load| load.0);
-            ratios[n] = shear_n.fold(f64::NEG_INFINITY, f64::max) / normal_n;
-        })?;
+            let from = end.saturating_sub(SHEAR_SAMPLES);
+            let rows = ranges.rows(part, &(from..end))?;
+            let row = &rows.rows[gauge][(from - rows.first) as usize..(end - rows.first) as usize];
+            let largest_n =
+                row.iter().map(|stored| gauges[gauge].si(*stored)).fold(f64::NEG_INFINITY, f64::max);
+            ratios.extend(gauges[gauge].normal_n.map(|load| largest_n / load.0));
+        }
         Ok(ratios)
     }
 }

@@ -9,7 +9,6 @@ mod completions;
 mod diff;
 mod draw;
 mod estimate;
-mod estimate;
 mod event_table;
 mod events;
 mod exhausted;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crate::support::binary::{outcome, run, succeed, text};
+use crate::support::binary::{ends, run, succeed, text};
 
 /// Longest time between an arrival and that which is found, s.
 const NEAR_S: f64 = 6e-5;
@@ -162,24 +162,145 @@ fn score(scenario: &[&str], blocks: f64, role: &str, unit: &str, sensors: usize)
     }
 }
 
-/// What is found of a run with the instruments of their description: most errors of the table of reached numbers.
-fn check(scenario: &[&str], blocks: f64, role: &str, unit: &str, sensors: usize) {
-    let score = score(scenario, blocks, role, unit, sensors);
+/// A scenario with its overrides, its number of contacts along the slider, and the sensors: role, unit and number.
+type Loop<'a> = (&'a [&'a str], f64, (&'a str, &'a str, usize));
+
+const SLIP: (&str, &str, usize) = ("slip", "nm", 20);
+const AREA: (&str, &str, usize) = ("contact-area", "1", 20);
+
+/// Body, law, drive and load vary.
+const LOOPS: [Loop<'_>; 10] = [
+    (&["default", "--set", "time.duration_s=1.2"], 100.0, SLIP),
+    (&["default", "--set", "time.duration_s=1.2"], 100.0, AREA),
+    (&["default", "--set", "slider.blocks=50", "--set", "time.duration_s=2"], 50.0, AREA),
+    (&["default", "--set", "normal_load.tilt=0.8333", "--set", "time.duration_s=1.5"], 100.0, AREA),
+    (&["default", "--set", "normal_load.tilt=-0.4", "--set", "time.duration_s=2"], 100.0, SLIP),
+    (&["default", "--set", "drive.stiffness_n_per_m=400000", "--set", "time.duration_s=3"], 100.0, SLIP),
+    (&["default", "--set", "friction.static_spread=0.1", "--set", "time.duration_s=1.2"], 100.0, AREA),
+    (&["rigid-contacts", "--set", "time.duration_s=1.2"], 100.0, AREA),
+    (&["top-driven", "--set", "drive.tilt=0.5", "--set", "time.duration_s=3"], 100.0, AREA),
+    (&["slab", "--set", "time.duration_s=0.6"], 57.0, AREA),
+];
+
+/// What is found of a run is there, and most of what is there is found, with the errors that detection reaches.
+fn check((scenario, blocks, (role, unit, sensors)): Loop<'_>) {
+    let scenario = [scenario, &["--set", "parameter_set=as-stated"]].concat();
+    let score = score(&scenario, blocks, role, unit, sensors);
     let what = format!("{scenario:?}, {role} at {sensors} places: {score:?}");
     println!("{what}");
     assert!(score.arrivals >= 20 && score.ruptures >= 4, "{what}");
     assert!(score.recall >= 0.95 && score.precision >= 0.9, "{what}");
     assert!(score.bias_s.abs() <= 3e-6 && score.scatter_s <= 1.5e-6, "{what}");
-    assert!(score.length_error <= 0.3 / sensors as f64 && score.covered >= 0.9, "{what}");
+    assert!(score.length_error <= 0.5 / sensors as f64 && score.covered >= 0.85, "{what}");
     assert!(score.speed_error.is_none_or(|error| error <= 0.06), "{what}");
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_slip() {
-    check(&["default", "--set", "time.duration_s=2.4"], 100.0, "slip", "nm", 20);
+    check(LOOPS[0]);
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_contact_area() {
-    check(&["default", "--set", "time.duration_s=2.4"], 100.0, "contact-area", "1", 20);
+    check(LOOPS[1]);
+}
+
+#[test]
+#[ignore = "minutes: cargo xtask nightly"]
+fn sampled_runs_of_many_kinds_are_found() {
+    let failed: Vec<usize> =
+        (2..LOOPS.len()).filter(|n| std::panic::catch_unwind(|| check(LOOPS[*n])).is_err()).collect();
+    assert!(failed.is_empty(), "loops {failed:?}");
+}
+
+/// Estimates of a sampled run are the parameters of the run, and their scenario can be run.
+#[test]
+fn a_sampled_run_gives_its_parameters_back() {
+    let folder = asperity_testkit::folder();
+    let at = |name: &str| folder.path().join(name);
+    let (made, like, sampled, read) = (at("made.mcap"), at("like.toml"), at("sampled"), at("read.mcap"));
+    run(&["default", "--set", "parameter_set=as-stated", "--set", "time.duration_s=1.6"], &made);
+    let gauges = r#"
+        [[stream]]
+        name = "gauges"
+        file = "gauges-*.npy"
+        rate_hz = 5e5
+        starts = { file = "starts.csv", column = "start_s", unit = "s" }
+        array = [{ role = "shear-force", unit = "N", channels = "1..3", dead = [2], x_m = [0.0125, 0.02, 0.0325], normal_n = [4, 4, 4] }]
+        [detection]
+        array = "fast"
+        "#;
+    fs::write(&like, instruments("slip", "m", 20).replace("[detection]", gauges)).unwrap();
+    let sample = ["recording", "sample", text(&made), "--like", text(&like), "-o", text(&sampled)];
+    succeed(
+        &[&sample[..], &["--noise", "tangential-force=0.01", "--noise", "shear-force=0.003", "--seed", "7"]]
+            .concat(),
+    );
+    ends(2, &sample, &["--out", "exists", "--force"]);
+    succeed(&["recording", "read", text(&sampled.join("recording.toml")), "-o", text(&read)]);
+    let scenario = at("estimated.toml");
+    succeed(&["recording", "estimate", text(&read), "-o", text(&scenario)]);
+    let estimated = fs::read_to_string(&scenario).unwrap();
+    let value = |key: &str| -> f64 {
+        let line = estimated.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
+        let line = line.unwrap_or_else(|| panic!("{key} is not in {estimated}"));
+        line.split("  #").next().unwrap().parse().unwrap()
+    };
+    for (key, due, share) in [
+        ("drive.velocity_m_per_s", 1e-4, 1e-4),
+        ("drive.stiffness_n_per_m", 8e5, 1e-3),
+        ("normal_load.total_n", 400.0, 1e-4),
+        ("friction.dynamic_coefficient", 0.45, 0.05),
+        ("friction.static_coefficient", 0.7, 0.05),
+    ] {
+        assert!((value(key) / due - 1.0).abs() < share, "{key}: {estimated}");
+    }
+    assert!(value("normal_load.tilt").abs() < 0.15, "{estimated}");
+    succeed(&["scenario", "validate", text(&scenario)]);
+    run(&[text(&scenario), "--set", "time.duration_s=0.1"], &at("again.mcap"));
+}
+
+/// The same seed gives the same bytes, another one others; what no run has is refused, and by a recording no run.
+#[test]
+fn sampling_is_reproducible_and_refuses_what_no_run_has() {
+    let folder = asperity_testkit::folder();
+    let at = |name: &str| folder.path().join(name);
+    let (made, like) = (at("made.mcap"), at("like.toml"));
+    run(&["default", "--set", "time.duration_s=0.06"], &made);
+    fs::write(&like, instruments("slip", "m", 5)).unwrap();
+    let sample = |out: &str, seed: &str| {
+        let out = at(out);
+        succeed(&[
+            "recording",
+            "sample",
+            text(&made),
+            "--like",
+            text(&like),
+            "-o",
+            text(&out),
+            "--seed",
+            seed,
+        ]);
+        ["stream-1.npy", "stream-2-1.npy"].map(|name| fs::read(out.join(name)).unwrap())
+    };
+    let (one, same, other) = (sample("one", "1"), sample("same", "1"), sample("other", "2"));
+    assert!(one == same && one[0] != other[0] && one[1] != other[1]);
+    let refused = |text_of: String, words: &[&str]| {
+        fs::write(&like, text_of).unwrap();
+        ends(2, &["recording", "sample", text(&made), "--like", text(&like), "-o", text(&at("none"))], words);
+        assert!(!at("none").exists());
+    };
+    refused(
+        instruments("shear-strain", "1", 5),
+        &["like.toml", "channel 1 has nothing to measure", "shear-force"],
+    );
+    refused(instruments("slip", "m", 5).replace("0.090000]", "0.2]"), &["0.2"]);
+    ends(
+        2,
+        &["recording", "sample", text(&made), "--like", "x", "-o", "y", "--noise", "slip=-1"],
+        &["slip=3e-9"],
+    );
+    let out = at("estimated.toml");
+    ends(2, &["recording", "estimate", text(&made), "-o", text(&out)], &["the log of a recording"]);
+    assert!(!out.exists());
 }

@@ -85,6 +85,8 @@ struct Extremes {
     least: Run,
     most: Run,
     quantum: f64,
+    /// Differences between the last samples.
+    steps: Vec<f64>,
     last: f64,
     samples: u64,
 }
@@ -92,22 +94,25 @@ struct Extremes {
 impl Default for Extremes {
     fn default() -> Extremes {
         let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
-        Extremes { least, most, quantum: f64::INFINITY, last: f64::NAN, samples: 0 }
+        Extremes { least, most, quantum: f64::INFINITY, steps: Vec::new(), last: f64::NAN, samples: 0 }
     }
 }
 
 impl Extremes {
     /// Adds samples. Returns the least, mean and largest of them.
     fn extend(&mut self, samples: &[f64]) -> [f64; 3] {
-        let (least, most) = (lanes(samples, f64::min), lanes(samples, f64::max));
+        let lesser = |a: f64, b: f64| if b < a { b } else { a };
+        let least = lanes(samples, lesser);
+        let most = lanes(samples, |a, b| if b > a { b } else { a });
         let sum = lanes(samples, |a, b| a + b);
-        let quantum = &mut self.quantum;
-        let mut differ = |before: f64, value: f64| {
+        let apart = |(before, value): (&f64, &f64)| {
             let step = (value - before).abs();
-            *quantum = if step > 0.0 && step < *quantum { step } else { *quantum };
+            if step > 0.0 { step } else { f64::INFINITY }
         };
-        differ(self.last, samples[0]);
-        samples.iter().zip(&samples[1..]).for_each(|(before, value)| differ(*before, *value));
+        self.steps.clear();
+        self.steps.push(apart((&self.last, &samples[0])));
+        self.steps.extend(samples.iter().zip(&samples[1..]).map(apart));
+        self.quantum = lesser(self.quantum, lanes(&self.steps, lesser));
         let are_beyond = [least < self.least.value, most > self.most.value];
         for ((run, extreme), is_beyond) in
             [(&mut self.least, least), (&mut self.most, most)].into_iter().zip(are_beyond)

@@ -196,7 +196,7 @@ fn check((scenario, slider, of): Loop<'_>) {
     let what = format!("{scenario:?}, {of:?}: {score:?}");
     println!("{what}");
     assert!(score.arrivals >= 20 && score.ruptures >= 2, "{what}");
-    assert!(score.recall >= 0.95 && score.precision >= 0.9, "{what}");
+    assert!(score.recall >= 0.9 && score.precision >= 0.95, "{what}");
     assert!(score.bias_s.abs() <= 3e-6 && score.scatter_s <= 1.5e-6, "{what}");
     // NaN where no rupture begins at the first sensor.
     let is_far = score.length_error > 0.5 / of.2 as f64 || score.covered < 0.85;
@@ -312,6 +312,6 @@ fn sampling_is_reproducible_and_refuses_what_no_run_has() {
         &["slip=3e-9"],
     );
     let out = at("estimated.toml");
-    ends(2, &["recording", "estimate", text(&made), "-o", text(&out)], &["the log of a recording"]);
+    ends(1, &["recording", "estimate", text(&made), "-o", text(&out)], &["the log of a recording"]);
     assert!(!out.exists());
 }

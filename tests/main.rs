@@ -11,6 +11,7 @@ mod bounds;
 mod catalogue;
 mod claims;
 mod cli;
+mod closed_loop;
 mod code_version;
 mod colours;
 mod diff;

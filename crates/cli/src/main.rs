@@ -8,6 +8,7 @@ mod commands;
 mod completions;
 mod diff;
 mod draw;
+mod estimate;
 mod event_table;
 mod events;
 mod exhausted;

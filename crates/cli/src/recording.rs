@@ -11,6 +11,7 @@ use asperity_runlog::WriteError;
 use asperity_study::Watcher;
 use clap::{Args, Subcommand};
 
+use crate::estimate::{self, EstimateArguments, SampleArguments};
 use crate::exit::Failure;
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
@@ -43,6 +44,26 @@ Every sensor of the array is a block, so that all that reads the log of a run
 reads this one: summary, events, catalogue, export, replay. Thresholds follow
 from the noise of each channel (docs/recordings.md).")]
     Read(ReadArguments),
+    /// Write a scenario with what the log of a recording tells of a model.
+    #[command(after_help = "\
+Examples:
+  asperity recording estimate out/lab.mcap -o out/estimated.toml
+  asperity run out/estimated.toml -o out/estimated.mcap
+
+Every key that is identifiable has its value, with error and origin as a
+comment; the others keep their defaults, and a comment says why
+(docs/recordings.md).")]
+    Estimate(EstimateArguments),
+    /// Record a simulated run as the instruments of a description would.
+    #[command(after_help = "\
+Examples:
+  asperity recording sample out/mine.mcap --like out/recording.toml -o out/as
+  asperity recording read out/as/recording.toml -o out/as.mcap
+
+The run is computed again from its log, and sampled at the same rates and
+places, with white noise: 0.03 N of forces, 10 nm of the load point, 3 nm of
+slip, 0.01 of real contact. Streams in segments are triggered by ruptures.")]
+    Sample(SampleArguments),
 }
 
 #[derive(Debug, Args)]
@@ -69,6 +90,8 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
         RecordingCommand::Show => Ok(terminal::print(EXAMPLE.as_bytes())?),
         RecordingCommand::Validate(file) => validate(file, board),
         RecordingCommand::Read(arguments) => read(arguments, board),
+        RecordingCommand::Estimate(arguments) => estimate::estimate(arguments),
+        RecordingCommand::Sample(arguments) => estimate::sample(arguments),
     }
 }
 

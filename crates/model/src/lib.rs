@@ -45,6 +45,7 @@ pub use law::rate_and_state::{EVENT_SPEED_RATIO, Evolution, RateAndState};
 pub use plan::adaptive_state::{AdaptiveState, Crossing};
 pub use plan::course::{ContactCourse, Course};
 pub use plan::derive::ADVISED_SHARE;
+pub use plan::disorder::Draws;
 pub use plan::junction_state::{JunctionState, SavedJunctions};
 pub use plan::ledger::{Ledger, Span, Sum};
 pub use plan::splitmix::mixed;

@@ -136,3 +136,41 @@ payload! {
         pub missing: u64,
     }
 }
+
+payload! {
+    topic: "/estimates",
+    table: "estimates",
+    /// A number of a model that a recording tells; what it does not tell has no row.
+    pub struct Estimate {
+        /// The last step.
+        pub step: u64 [role = Step],
+        /// Its time, s.
+        pub time_s: f64 [role = Time],
+        /// Its name, with the unit last.
+        pub number: String,
+        /// Its value.
+        pub value: f64 [unit = "of the number"],
+        /// Its standard error.
+        pub error: f64 [unit = "of the number"],
+    }
+}
+
+payload! {
+    topic: "/first-reach",
+    table: "first-reach",
+    /// A sensor that a rupture from the driven end reached for the first time, up to the first global one.
+    pub struct FirstReach {
+        /// The last step.
+        pub step: u64 [role = Step],
+        /// Its time, s.
+        pub time_s: f64 [role = Time],
+        /// The sensor.
+        pub sensor: u32,
+        /// Its distance from the driven end over the length of the slider.
+        pub x_over_l: f64 [unit = "1"],
+        /// `F_T / F_N`, midway between that rupture and the last one before which had reached farthest.
+        pub ft_fn: f64,
+        /// Its standard error, their distance over the root of 12.
+        pub ft_fn_error: f64,
+    }
+}

@@ -116,7 +116,7 @@ macro_rules! payload {
             #[inline]
             fn cells(&self) -> impl AsRef<[$crate::Cell]> {
                 [
-                    $($crate::CellValue::cell(self.$field),)+
+                    $($crate::CellValue::cell(::std::borrow::ToOwned::to_owned(&self.$field)),)+
                     $($($crate::CellValue::cell(self.$part_field),)+)*
                 ]
             }

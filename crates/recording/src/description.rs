@@ -8,8 +8,8 @@ use asperity_model::scenario::text::{self, Lines};
 use asperity_model::scenario::typed;
 use asperity_record::MOST_BLOCKS;
 use asperity_record::bounds::check_toml;
-use serde::Deserialize;
 use serde::de::value::{self, StrDeserializer};
+use serde::{Deserialize, Serialize};
 use toml::{Spanned, Value};
 
 use crate::array::Numbers;
@@ -21,7 +21,7 @@ use crate::unit::{Quantity, Unit};
 pub const EXAMPLE: &str = include_str!("example.toml");
 
 /// What a channel measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// The sum of the driving forces, `F_T`.
@@ -51,6 +51,11 @@ impl Role {
             Role::ShearStrain => Some(Quantity::Ratio),
             Role::ContactArea | Role::Acoustic => None,
         }
+    }
+
+    /// The role of this name.
+    pub fn named(name: &str) -> Option<Role> {
+        Value::from(name).try_into().ok()
     }
 
     /// The sign of a detachment.
@@ -134,8 +139,7 @@ struct Written {
 pub(crate) struct Slider {
     pub(crate) length_m: Positive,
     pub(crate) width_m: Positive,
-    #[serde(rename = "height_m")]
-    _height_m: Positive,
+    pub(crate) height_m: Positive,
     pub(crate) youngs_modulus_pa: Positive,
     wave_speed_m_per_s: Option<Positive>,
     density_kg_per_m3: Option<Positive>,
@@ -266,6 +270,9 @@ pub(crate) struct Channel {
     pub(crate) offset: Finite,
     area_m2: Option<Positive>,
     pub(crate) x_m: Option<f64>,
+    /// Normal load on the area that a shear gauge of an array reads.
+    #[serde(skip)]
+    pub(crate) normal_n: Option<Positive>,
     /// How many SI units a stored 1 is; known once the file is opened.
     #[serde(skip)]
     pub(crate) scale: f64,
@@ -359,6 +366,16 @@ impl Channel {
     /// What is stored, in SI units.
     pub(crate) fn si(&self, stored: f64) -> f64 {
         stored * self.scale + self.offset.0 * self.scale / self.factor.0
+    }
+
+    /// Its unit and how many SI units that is; the SI unit if there is none, or of another quantity.
+    pub(crate) fn unit_or_si(&self) -> (&str, f64) {
+        match (&self.unit, self.role.quantity()) {
+            (Some(unit), due) if due == Some(unit.quantity) => (&unit.name, unit.scale),
+            (_, Some(Quantity::Force)) => ("N", 1.0),
+            (_, Some(Quantity::Length)) => ("m", 1.0),
+            _ => ("1", 1.0),
+        }
     }
 
     /// How many SI units a stored 1 is, given the unit that a file states for it.
@@ -564,9 +581,10 @@ fn sensors(spanned: Spanned<Array>, length_m: f64) -> Result<Vec<Channel>, Refus
     let are_sensors = dead.iter().all(|dead| (1..=count as u64).contains(dead));
     must(are_sensors, at, format_args!("dead = {dead:?} (accepted: sensors from 1 to {count})"))?;
     let all = (1..).zip(columns.into_iter().zip(x_m)).filter(|(number, _)| !dead.contains(number));
-    let channel = |(_, (column, x_m))| {
+    let channel = |(number, (column, x_m))| {
+        let normal_n = array.normal_n.as_ref().map(|loads| loads[number as usize - 1]);
         let (offset, area_m2, unit) = (Finite(0.0), None, unit.clone());
-        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), scale: 0.0 }
+        Channel { column, role, unit, factor, offset, area_m2, x_m: Some(x_m), normal_n, scale: 0.0 }
     };
     let working: Vec<Channel> = all.map(channel).collect();
     must(!working.is_empty(), at, "all sensors are dead (accepted: one that works)")?;

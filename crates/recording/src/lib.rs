@@ -12,8 +12,11 @@
 //! - `window`, `pick`, `ramp`, `arrival`: steps in a channel, found without a model, each with its errors.
 //! - `force`: load drops, and the loads at any time.
 //! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
+//! - `estimates`: numbers of a model that samples tell.
 //! - `steps`: the step records, one sensor a block.
 //! - `signals`: what all channels read, in short, and the samples about ruptures, for figures.
+//! - [`scenario()`]: a scenario by what a log tells.
+//! - [`Sampler`]: the way back, a run as instruments would have recorded it.
 //!
 //! Nothing here prints or writes. A force that falls once, read from a table beside its description:
 //!
@@ -51,6 +54,7 @@ mod arrival;
 mod csv;
 mod description;
 mod error;
+mod estimates;
 mod force;
 mod gap;
 mod hdf5;
@@ -63,7 +67,9 @@ mod pick;
 mod ramp;
 mod recording;
 mod resample;
+mod sample;
 mod samples;
+mod scenario;
 mod signals;
 mod steps;
 mod survey;
@@ -72,6 +78,9 @@ mod window;
 
 pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, Place, RecordingError};
+pub use estimates::length_law;
 pub use gap::Gap;
 pub use recording::{Detected, Recording};
+pub use sample::{NOISE, Sampler};
 pub use samples::{Block, Samples};
+pub use scenario::scenario;

@@ -292,7 +292,8 @@ impl Recording {
         let Part { file, from, left_out, .. } = surveyed.parts[part];
         let named = &surveyed.files[file];
         let opened = self.folder.open(of, named, std::slice::from_ref(&channel.column)).ok();
-        let place = opened.zip(sample).map_or(Place::File, |(source, sample)| source.place(from + left_out + sample));
+        let place =
+            opened.zip(sample).map_or(Place::File, |(source, sample)| source.place(from + left_out + sample));
         InputFault::new(&self.folder.shown(named), place, problem, accepted).of(&channel.column)
     }
 }

@@ -27,7 +27,7 @@ use crate::window::Scatter;
 const STEPS_PER_SAMPLE: f64 = 64.0;
 
 /// Samples of a window where none is given, and the fewest.
-const WINDOW: u64 = 32;
+pub(crate) const WINDOW: u64 = 32;
 const LEAST_WINDOW: u64 = 4;
 
 /// More samples than any part has.
@@ -71,8 +71,9 @@ pub struct Recording {
 /// What was found in a recording.
 #[derive(Debug)]
 pub struct Detected {
-    /// The noise of each part and channel: rows of [`Noise`](asperity_record::Noise) and
-    /// [`LoadNoise`](asperity_record::LoadNoise).
+    /// The noise of each part and channel, and what is told of a model: rows of [`Noise`](asperity_record::Noise),
+    /// [`LoadNoise`](asperity_record::LoadNoise), [`Estimate`](asperity_record::Estimate) and
+    /// [`FirstReach`](asperity_record::FirstReach).
     pub noise: Vec<Row>,
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
@@ -305,7 +306,7 @@ impl Recording {
     }
 
     /// Arrivals are linked over the largest gap.
-    fn scales(&self) -> Scales {
+    pub(crate) fn scales(&self) -> Scales {
         let Description { slider, detection, .. } = &self.description;
         let x_m = self.description.positions_m();
         let places_m = [&[0.0], &x_m[..], &[slider.length_m.0]].concat();
@@ -319,7 +320,7 @@ impl Recording {
         }
     }
 
-    fn last_step(&self) -> u64 {
+    pub(crate) fn last_step(&self) -> u64 {
         self.time_grid().nearest_step(self.last_s())
     }
 
@@ -413,7 +414,8 @@ impl Recording {
     pub fn detect(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
         let Description { contacts, forces, detection, .. } = &self.description;
         let samples = |stream: usize| self.streams[stream].parts.iter().map(|part| part.samples).sum::<u64>();
-        let again = contacts.iter().chain(forces);
+        // The forces a third time for estimates.
+        let again = contacts.iter().chain(forces).chain(forces);
         let of = (0..self.streams.len()).chain(again.copied()).map(samples).sum();
         let mut progress = Progress { watch, done: 0, of };
         let window = match (detection.window_s, contacts) {
@@ -470,6 +472,8 @@ impl Recording {
             found.drops = std::mem::take(&mut forces.drops);
             found.loads = self.loads(stream, &forces, &found.timeline)?;
         }
+        let told = self.estimates(&found, &mut progress)?;
+        found.noise.extend(told);
         Ok(found)
     }
 
@@ -564,7 +568,7 @@ impl Recording {
     }
 
     /// Channels of `F_T`, and of `F_N` and the load point if they are recorded, with their places among those.
-    fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 3]) {
+    pub(crate) fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 3]) {
         let mut channels = Vec::new();
         let places = [Role::TangentialForce, Role::NormalForce, Role::LoadPoint].map(|role| {
             let channel = self.description.streams[stream].with(role)?;

@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
-use asperity_record::{Contacts, Record};
+use asperity_record::{Contacts, Observer, Record};
 use asperity_runlog::{RunReader, Topics};
 use asperity_simulator::{Snapshot, SolverKind};
 
@@ -190,6 +190,30 @@ fn compute(
         found.add(&record);
     }
     Ok(found.field(|step| grid.time_s(step), spacing_m))
+}
+
+/// Takes the steps of a logged run once more, from its beginning, and passes other records to an observer than the log
+/// has: those that `recording` names. It ends where the observer is done, or the caller stops it.
+///
+/// # Errors
+/// If the log cannot be read, is of another code version, or its scenario is of another run; if the solver stops before
+/// its end, or the caller stops it.
+pub fn record_again(
+    log: &Path,
+    recording: RecordingPlan,
+    observer: &mut dyn Observer,
+    stop: &dyn Fn() -> bool,
+) -> Result<(), StatesError> {
+    let reader = RunReader::open(log, Topics::NONE)?;
+    let header = reader.header().clone();
+    let (_, plan) = states::resolve(&header, &reader)?;
+    let mut solver = states::kind(&header).start(Plan { recording, ..plan });
+    while !observer.is_done()
+        && let Some(record) = states::next(&mut *solver, stop)?
+    {
+        observer.record(&record);
+    }
+    Ok(())
 }
 
 /// The requested states among records.

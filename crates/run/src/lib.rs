@@ -69,7 +69,7 @@ pub use asperity_model::NodeState;
 pub use asperity_record::{Notice, Observer};
 pub use check::{CheckProblem, Checked, Seen, check, check_again};
 pub use event_check::{Difference, OtherDetectors};
-pub use field::{Field, Quantity, Span};
+pub use field::{Field, Quantity, Span, record_again};
 pub use forecast::{Forecast, LogEstimate};
 pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};

@@ -138,10 +138,13 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     (static_coefficients, Quantity::Dynamic.values(scenario))
 }
 
-/// The stream of pseudo-random numbers of a quantity.
-struct Draws {
-    seed: u64,
-    stream: u64,
+/// A stream of pseudo-random numbers: of a quantity of contacts, or of the noise of an instrument.
+#[derive(Debug, Clone, Copy)]
+pub struct Draws {
+    /// The seed, below 2^32.
+    pub seed: u64,
+    /// Its number, below 4.
+    pub stream: u64,
 }
 
 impl Draws {
@@ -155,7 +158,7 @@ impl Draws {
 
     /// A standard normal number (Box and Muller 1958), from the even numbers of the contact and of the place
     /// `2^30` behind it.
-    fn gaussian(&self, contact: u64) -> f64 {
+    pub fn gaussian(&self, contact: u64) -> f64 {
         let [size, angle] = [contact, contact | 1 << 30].map(|place| self.even(place));
         // Above 0, where the logarithm is finite.
         let size = 0.5 * (size + 1.0) + 0.25 * f64::EPSILON;

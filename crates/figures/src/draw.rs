@@ -29,6 +29,7 @@ mod measured;
 mod moment_duration;
 mod moment_rates;
 mod moments;
+mod noise;
 pub mod of_one_run;
 pub mod of_study;
 mod overview;
@@ -170,6 +171,9 @@ kinds! {
     "moment-duration" moment_duration: moment_duration::MomentDuration,
     /// Moment rates of the largest ruptures whose states are recorded, from the onset of each.
     "moment-rates" moment_rates: moment_rates::MomentRates,
+    /// Noise of the sensors of a recording, with the least steps that count and the steps that were seen: medians over
+    /// parts, with bars from the least to the largest.
+    "noise" noise: noise::Noise,
     /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
     /// recurrence times of its ruptures, and its first numbers.
     "overview" overview: overview::Overview,

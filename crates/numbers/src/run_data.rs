@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
-    Arrival, Direction, Event, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent,
-    StepRecord, WindowRecord,
+    Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
+    SlipEvent, StepRecord, WindowRecord,
 };
 
 use crate::growth::EventGrowth;
@@ -120,6 +120,10 @@ pub struct RunData {
     /// The velocities of all contacts in the states that were computed again, by step, if asked for; nothing else of
     /// these states.
     pub velocities: Vec<WindowRecord>,
+    /// See [`RunData::measured()`].
+    pub drops: Vec<LoadDrop>,
+    /// See [`RunData::measured()`].
+    pub noise: Vec<Noise>,
 }
 
 impl Deref for RunData {
@@ -209,6 +213,14 @@ impl RunData {
         self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
     }
 
+    /// The load drops and the noise of a recording.
+    ///
+    /// # Errors
+    /// If they were not kept.
+    pub fn measured(&self) -> Result<(&[LoadDrop], &[Noise]), NotKept> {
+        self.if_kept(self.kept.measured, "load drops", self.drops.as_slice()).map(|drops| (drops, &*self.noise))
+    }
+
     /// Inputs for the speeds of fronts, see [`RequiredData::fronts`].
     ///
     /// # Errors
@@ -278,6 +290,11 @@ impl RunEvents {
         }
         let course = load.normal_load_n / self.plan.total_normal_load_n;
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
+    }
+
+    /// Whether it is the recording of a laboratory: its scenario is a [stand-in](Scenario::of_recording).
+    pub fn is_measured(&self) -> bool {
+        self.header.sensors.is_some()
     }
 
     /// Number of contacts along the sliding direction: of blocks, where they lie in a single row.
@@ -353,7 +370,8 @@ impl Collector {
     pub fn new(name: &str, header: RunHeader, scenario: Scenario, required: RequiredData) -> Collector {
         let plan = Plan::new(&scenario);
         let states = States::new(header.blocks, &required);
-        let summarizer = Summarizer::new(name, &header, Some(&scenario));
+        let known = header.sensors.is_none().then_some(&scenario);
+        let summarizer = Summarizer::new(name, &header, known);
         let run = RunEvents {
             name: name.to_owned(),
             switches: vec![None; header.blocks as usize],
@@ -376,6 +394,8 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
             velocities: Vec::new(),
+            drops: Vec::new(),
+            noise: Vec::new(),
         };
         Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX }
     }
@@ -401,7 +421,7 @@ impl Collector {
         required: RequiredData,
     ) -> Result<Collector, String> {
         // From here on, blocks and steps are those of the header.
-        if scenario.hash() != header.scenario_hash {
+        if header.sensors.is_none() && scenario.hash() != header.scenario_hash {
             return Err(format!(
                 "scenario.toml has the hash {}, metadata `run` says {}",
                 scenario.hash(),
@@ -501,6 +521,7 @@ impl Observer for Collector {
                 let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
                 of.push(record.clone());
             }
+            Record::Row(row) if self.run.kept.measured => self.run.noise.extend(row.values.get().cloned()),
             Record::Window(_) | Record::Row(_) => {}
         }
     }
@@ -520,6 +541,8 @@ impl Observer for Collector {
             self.run.ruptures.get_or_insert_default().extend(is_kept.then(|| rupture.clone()));
         } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
             self.run.arrivals.push(arrival.clone());
+        } else if let Some(drop) = event.get::<LoadDrop>().filter(|_| self.run.kept.measured) {
+            self.run.drops.push(drop.clone());
         }
     }
 }

@@ -189,8 +189,7 @@ impl Summarizer {
 
     /// `L_p / L` of the precursors.
     pub(crate) fn lengths(&self) -> Vec<f64> {
-        let columns = self.header.contacts().columns();
-        self.precursors().map(|rupture| rupture.reach().length_ratio(columns)).collect()
+        self.precursors().map(|rupture| self.header.length_ratio(rupture.last_block)[0]).collect()
     }
 
     /// `L_p / L` of the precursors, and `F_T / F_N` at the onset minus the length law.

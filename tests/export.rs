@@ -58,6 +58,7 @@ impl Expected {
                 LogItem::Record(Record::Fields(record)) => expected.fields(&record),
                 LogItem::Record(Record::Window(record)) => expected.window(&record),
                 LogItem::Record(Record::Row(row)) => expected.event(&row.values),
+                LogItem::Record(Record::Signal(_) | Record::Traces(_)) => unreachable!("it is no recording"),
                 LogItem::Event(event) => expected.event(&event),
             }
         }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::text;
 use crate::support::clients::{Python, file, said};
 use crate::support::small;
-use asperity_record::{BulkField, BulkRecord, FieldRecord, WindowRecord};
+use asperity_record::{BulkField, BulkRecord, FieldRecord, SignalRecord, TraceRecord, WindowRecord};
 use mcap::read::ChunkFlattener;
 use mcap::records::Record;
 use serde_json::{Value, json};
@@ -78,6 +78,8 @@ fn schemas(log: &Path) -> BTreeMap<String, Value> {
                 let schema = match header.name.as_str() {
                     "asperity.Fields" => of_bulk(FieldRecord::FIELDS),
                     "asperity.Window" => of_bulk(WindowRecord::FIELDS),
+                    "asperity.Signal" => of_bulk(SignalRecord::FIELDS),
+                    "asperity.Traces" => of_bulk(TraceRecord::FIELDS),
                     _ => serde_json::from_slice(&data).expect("a schema is JSON"),
                 };
                 by_id.insert(header.id, schema);

@@ -522,7 +522,7 @@ impl Observer for Collector {
                 of.push(record.clone());
             }
             Record::Row(row) if self.run.kept.measured => self.run.noise.extend(row.values.get().cloned()),
-            Record::Window(_) | Record::Row(_) => {}
+            _ => {}
         }
     }
 

@@ -33,7 +33,7 @@ pub const LONGEST_READ_BYTES: usize = 1 << 20;
 /// Most bytes stored of the schemas of a log's topics; ours have some thousand.
 pub const MOST_SCHEMA_BYTES: usize = 1 << 20;
 
-/// Most channels, and so topics, of a log: four of records, and one per detector. Each needs a hash state
+/// Most channels, and so topics, of a log: six of records, and one per detector. Each needs a hash state
 /// of some two thousand bytes.
 pub const MOST_CHANNELS: usize = 1000;
 
@@ -54,6 +54,10 @@ pub const LONGEST_STEP_BYTES: usize = 1 << 12;
 /// Most bytes per block in a state: eleven numbers of eight each, a count of junctions of at most five, and
 /// whether the block slides.
 pub const LONGEST_STATE_OF_BLOCK_BYTES: usize = 94;
+
+/// The longest payload of what the channels of a recording read, or of samples about a rupture: three numbers for each
+/// of two arrays of [`MOST_BLOCKS`](crate::MOST_BLOCKS) sensors, and room for the rest.
+pub const LONGEST_SIGNAL_BYTES: usize = 1 << 23;
 
 /// The longest texts and states that the scenarios of a plan name, together.
 pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;

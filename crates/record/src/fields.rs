@@ -230,6 +230,76 @@ bulk! {
     }
 }
 
+bulk! {
+    /// What channels of a stream of a recording read over up to a thousand samples, sensors first, each in SI units or,
+    /// where any unit will do, in its own.
+    pub struct SignalRecord as "Signal" {
+        /// The step nearest to the first of the samples.
+        #[prost(tag = 1, uint64)]
+        pub step: u64,
+        /// Its time, s.
+        #[prost(tag = 2, double)]
+        pub time_s: f64,
+        /// The stream, counted from 1.
+        #[prost(tag = 3, uint32)]
+        pub stream: u32,
+        /// The part of the stream, counted from 1.
+        #[prost(tag = 4, uint64)]
+        pub part: u64,
+        /// How many samples each channel has here.
+        #[prost(tag = 5, uint32)]
+        pub samples: u32,
+        /// From one sample to the next, s.
+        #[prost(tag = 6, double)]
+        pub interval_s: f64,
+        /// The least of each channel.
+        #[prost(tag = 7, double, repeated)]
+        pub least: Vec<f64>,
+        /// The mean of each channel.
+        #[prost(tag = 8, double, repeated)]
+        pub mean: Vec<f64>,
+        /// The largest of each channel.
+        #[prost(tag = 9, double, repeated)]
+        pub largest: Vec<f64>,
+    }
+}
+
+bulk! {
+    /// Samples of all sensors about a rupture, from four windows before its first arrival to four behind its last stop.
+    /// Long ones are several messages.
+    pub struct TraceRecord as "Traces" {
+        /// The step nearest to the first sample.
+        #[prost(tag = 1, uint64)]
+        pub step: u64,
+        /// Its time, s.
+        #[prost(tag = 2, double)]
+        pub time_s: f64,
+        /// The rupture, which stands behind its traces.
+        #[prost(tag = 3, uint64)]
+        pub rupture: u64,
+        /// The part of the stream, counted from 1.
+        #[prost(tag = 4, uint64)]
+        pub part: u64,
+        /// How many sensors there are.
+        #[prost(tag = 5, uint32)]
+        pub sensors: u32,
+        /// From one sample to the next, s.
+        #[prost(tag = 6, double)]
+        pub interval_s: f64,
+        /// How many samples each sensor has here.
+        #[prost(tag = 7, uint32)]
+        pub samples: u32,
+        /// All samples of the first sensor, then of the next, in SI units or those of the array.
+        #[prost(tag = 8, double, repeated)]
+        pub values: Vec<f64>,
+    }
+}
+
+impl SignalRecord {
+    /// Most samples that one record sums up, and most of each sensor in one [`TraceRecord`].
+    pub const MOST_SAMPLES: u32 = 1000;
+}
+
 #[cfg(test)]
 mod tests {
     use prost::Message;

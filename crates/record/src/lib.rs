@@ -66,10 +66,10 @@ pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
 pub use extent::{BoundingBox, Extent, Reach};
-pub use fields::{BulkField, BulkRecord, FieldRecord, WindowRecord};
+pub use fields::{BulkField, BulkRecord, FieldRecord, SignalRecord, TraceRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 pub use magnitude::magnitude;
-pub use measured::{LoadDrop, Measured, Noise, Sensors};
+pub use measured::{LoadDrop, LoadNoise, Measured, Noise, Sensors};
 pub use observer::{Notice, Observer};
 pub use parts::{Part, Parts};
 #[doc(hidden)]
@@ -88,7 +88,8 @@ pub const MOST_BLOCKS: u64 = 100_000;
 
 /// A record of a solver, in the order in which they occur.
 ///
-/// Within one step the order is [`Record::Step`], [`Record::Fields`], [`Record::Window`], [`Record::Row`].
+/// Within one step the order is [`Record::Step`], [`Record::Fields`], [`Record::Window`], [`Record::Row`]; of a
+/// recording, [`Record::Signal`] and [`Record::Traces`] stand before the first or behind the last of these.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record {
     /// The step record, the input of detectors.
@@ -99,6 +100,10 @@ pub enum Record {
     Window(WindowRecord),
     /// A flat row of a topic of its own.
     Row(Row),
+    /// What the channels of a recording read.
+    Signal(SignalRecord),
+    /// Samples about a rupture of a recording.
+    Traces(TraceRecord),
 }
 
 impl Record {
@@ -109,6 +114,8 @@ impl Record {
             Record::Fields(record) => record.step,
             Record::Window(record) => record.step,
             Record::Row(record) => record.step,
+            Record::Signal(record) => record.step,
+            Record::Traces(record) => record.step,
         }
     }
 
@@ -119,6 +126,8 @@ impl Record {
             Record::Fields(record) => record.time_s,
             Record::Window(record) => record.time_s,
             Record::Row(record) => record.time_s,
+            Record::Signal(record) => record.time_s,
+            Record::Traces(record) => record.time_s,
         }
     }
 
@@ -142,7 +151,7 @@ impl Record {
                 &record.velocity_across_m_per_s,
                 &record.tangential_force_across_n,
             ]),
-            Record::Step(_) | Record::Row(_) => None,
+            _ => None,
         }
     }
 }

@@ -86,7 +86,7 @@ payload! {
 payload! {
     topic: "/noise",
     table: "noise",
-    /// The noise of a channel in a part of a stream, from which the least size of a step follows.
+    /// The noise of a sensor in a part of its stream, from which the least size of a step follows.
     pub struct Noise {
         /// The step in which the part begins.
         pub step: u64 [role = Step],
@@ -96,14 +96,40 @@ payload! {
         pub stream: u32,
         /// The part of the stream, counted from 1.
         pub part: u64,
-        /// The sensor of the array; null for `F_T`.
-        pub sensor: Option<u32>,
+        /// The sensor of the array.
+        pub sensor: u32,
         /// Samples of a window.
         pub window: u64,
-        /// Median of the step statistic, in the unit of the channel.
-        pub median: f64 [unit = "of the channel"],
+        /// Median of the step statistic, in the unit of the sensor.
+        pub median: f64 [unit = "of the sensor"],
         /// Its scatter, 1.4826 times the median of deviations from the median.
-        pub sigma: f64 [unit = "of the channel"],
+        pub sigma: f64 [unit = "of the sensor"],
+        /// How many samples are clipped.
+        pub clipped: u64,
+        /// How many samples are missing.
+        pub missing: u64,
+    }
+}
+
+payload! {
+    topic: "/load-noise",
+    table: "load-noise",
+    /// The noise of `F_T` in a part of its stream, from which the least load drop follows.
+    pub struct LoadNoise {
+        /// The step in which the part begins.
+        pub step: u64 [role = Step],
+        /// Its time, s.
+        pub time_s: f64 [role = Time],
+        /// The stream, counted from 1.
+        pub stream: u32,
+        /// The part of the stream, counted from 1.
+        pub part: u64,
+        /// Samples of a window.
+        pub window: u64,
+        /// Median of the step statistic, N.
+        pub median_n: f64,
+        /// Its scatter, 1.4826 times the median of deviations from the median, N.
+        pub sigma_n: f64,
         /// How many samples are clipped.
         pub clipped: u64,
         /// How many samples are missing.

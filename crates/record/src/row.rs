@@ -1,10 +1,11 @@
 //! Records of a topic of their own that are flat rows.
 
-use crate::{Cell, Event, EventKind, EventPayload, Noise, Part, Parts};
+use crate::{Cell, Event, EventKind, EventPayload, LoadNoise, Noise, Part, Parts};
 
 /// All kinds of such records. [`payload!`](crate::payload) declares one as it does events, with `step` and `time_s` as
 /// its first columns; it stands behind the states of its step. Logs, checks and tables follow from this list.
-pub const ROWS: &[RowKind] = &[RowKind::of::<Noise>(Part::Recording)];
+pub const ROWS: &[RowKind] =
+    &[RowKind::of::<Noise>(Part::Recording), RowKind::of::<LoadNoise>(Part::Recording)];
 
 /// A kind of such records.
 pub struct RowKind {

@@ -1,6 +1,6 @@
 //! The first pass: the noise of channels, and what is wrong with them.
 
-use asperity_record::Noise;
+use asperity_record::{LoadNoise, Noise, Row};
 
 use crate::description::Channel;
 use crate::error::{InputFault, Place, RecordingError};
@@ -17,7 +17,7 @@ const CLIPPED: u64 = 3;
 pub(crate) struct ByNoise {
     /// By part and channel.
     pub(crate) parts: Vec<Vec<OfPart>>,
-    pub(crate) rows: Vec<Noise>,
+    pub(crate) rows: Vec<Row>,
     pub(crate) warnings: Vec<InputFault>,
 }
 
@@ -173,17 +173,40 @@ impl Recording {
                     with.push((part, n));
                 }
                 let scale = channels[n].scale;
-                found.rows.push(Noise {
-                    step: 0,
-                    time_s: surveyed.parts[part].first_s(),
-                    stream: stream as u32 + 1,
-                    part: part as u64 + 1,
-                    sensor: sensors.then_some(n as u32 + 1),
-                    window: width,
-                    median: scatter.median * scale,
-                    sigma: scatter.sigma * scale.abs(),
-                    clipped: clips.iter().flatten().map(|run| run.clipped).sum(),
-                    missing: 0,
+                let (median, sigma) = (scatter.median * scale, scatter.sigma * scale.abs());
+                let step = self.time_grid().nearest_step(surveyed.parts[part].first_s());
+                let (time_s, stream, window) = (self.time_grid().time_s(step), stream as u32 + 1, width);
+                let (part, clipped) = (part as u64 + 1, clips.iter().flatten().map(|run| run.clipped).sum());
+                found.rows.push(match sensors {
+                    true => {
+                        let sensor = n as u32 + 1;
+                        Row::new(Noise {
+                            step,
+                            time_s,
+                            stream,
+                            part,
+                            sensor,
+                            window,
+                            median,
+                            sigma,
+                            clipped,
+                            missing: 0,
+                        })
+                    }
+                    false => {
+                        let (median_n, sigma_n) = (median, sigma);
+                        Row::new(LoadNoise {
+                            step,
+                            time_s,
+                            stream,
+                            part,
+                            window,
+                            median_n,
+                            sigma_n,
+                            clipped,
+                            missing: 0,
+                        })
+                    }
                 });
                 of_part.push(OfPart { scatter, clips: clips.map(|clip| clip.map(|run| run.value)) });
             }

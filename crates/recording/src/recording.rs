@@ -1,7 +1,7 @@
 //! A recording that is read: noise first, then steps, then the loads at their times.
 
 use asperity_record::{
-    LoadDrop, MOST_STEPS, Noise, RECORD_SCHEMA_VERSION, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
+    LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
 };
 
 use crate::arrival;
@@ -65,8 +65,9 @@ pub struct Recording {
 /// What was found in a recording.
 #[derive(Debug)]
 pub struct Detected {
-    /// The noise of each part and channel.
-    pub noise: Vec<Noise>,
+    /// The noise of each part and channel: rows of [`Noise`](asperity_record::Noise) and
+    /// [`LoadNoise`](asperity_record::LoadNoise).
+    pub noise: Vec<Row>,
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
     /// Load drops, in order.
@@ -213,7 +214,7 @@ impl Recording {
         fastest_s / STEPS_PER_SAMPLE
     }
 
-    fn time_grid(&self) -> TimeGrid {
+    pub(crate) fn time_grid(&self) -> TimeGrid {
         TimeGrid::new(self.step_s())
     }
 
@@ -300,10 +301,6 @@ impl Recording {
         };
         found.records =
             timeline.records(&loads, self.description.slider.normal_force_n.map_or(1.0, |load| load.0));
-        for noise in &mut found.noise {
-            noise.step = time_grid.nearest_step(noise.time_s);
-            noise.time_s = time_grid.time_s(noise.step);
-        }
         found.noise.sort_by_key(|noise| noise.step);
         Ok(found)
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::path::Path;
 
-use asperity_record::{Event, EventKind, LoadDrop, Noise, Record, Row, RunEnd, RunHeader, RunStatus};
+use asperity_record::{Event, EventKind, LoadDrop, Record, Row, RunEnd, RunHeader, RunStatus};
 use asperity_record::{SolverReport, StepRecord};
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
@@ -24,7 +24,7 @@ pub struct Recorded {
     /// Its step records, in order.
     pub records: Vec<StepRecord>,
     /// The noise of its channels, in order of the steps.
-    pub noise: Vec<Noise>,
+    pub noise: Vec<Row>,
     /// Its load drops, in order.
     pub drops: Vec<LoadDrop>,
 }
@@ -56,7 +56,7 @@ impl Recorded {
                 return Ok::<_, Infallible>(Some(Given::Event(Event::new(drop))));
             }
             if let Some(noise) = noise.next_if(|noise| noise.step < next) {
-                return Ok(Some(Given::Record(Record::Row(Row::new(noise)))));
+                return Ok(Some(Given::Record(Record::Row(noise))));
             }
             last = Some(next);
             Ok(records.next().map(|record| Given::Record(Record::Step(record))))

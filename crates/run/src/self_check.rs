@@ -149,6 +149,6 @@ fn place(record: &Record) -> (u64, u32) {
         Record::Step(record) => (record.step, 0),
         Record::Fields(record) => (record.step, 1),
         Record::Window(record) => (record.step, record.window.saturating_add(2)),
-        Record::Row(row) => (row.step, u32::MAX),
+        other => (other.step(), u32::MAX),
     }
 }

@@ -2,8 +2,8 @@
 
 pub(crate) use asperity_record::bounds::{
     LONGEST_CHECKPOINT_BYTES, LONGEST_EVENT_BYTES, LONGEST_METADATA_BYTES, LONGEST_READ_BYTES,
-    LONGEST_RECORD_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES, LONGEST_TOPIC_BYTES,
-    MOST_CHANNELS, MOST_SCHEMA_BYTES,
+    LONGEST_RECORD_BYTES, LONGEST_SIGNAL_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
+    LONGEST_TOPIC_BYTES, MOST_CHANNELS, MOST_SCHEMA_BYTES,
 };
 
 /// The first bytes of every MCAP file, and the last.
@@ -60,6 +60,12 @@ pub(crate) const FIELDS: &str = "/fields";
 
 /// Topic of the states of chosen blocks.
 pub(crate) const WINDOW: &str = "/window";
+
+/// Topic of what the channels of a recording read.
+pub(crate) const SIGNAL: &str = "/signal";
+
+/// Topic of samples about ruptures.
+pub(crate) const TRACES: &str = "/traces";
 
 /// Prefix of the topics of events.
 pub(crate) const EVENTS: &str = "/events/";

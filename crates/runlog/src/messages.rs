@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use asperity_record::{
     BulkField, BulkRecord, Direction, Energy, Event, EventKind, FieldRecord, JunctionTotals, Measured, Part,
-    Row, RowKind, RunHeader, StepRecord, Switch, SwitchAcross, WindowRecord, unit_of,
+    Record, RowKind, RunHeader, SignalRecord, StepRecord, Switch, SwitchAcross, TraceRecord, WindowRecord,
+    unit_of,
 };
 use mcap::records::MessageHeader;
 use schemars::JsonSchema;
@@ -18,7 +19,8 @@ use serde_json::Value;
 
 use crate::descriptor::PACKAGE;
 use crate::format::{
-    FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES, STEP, SWITCH, WINDOW,
+    FIELDS, LONGEST_EVENT_BYTES, LONGEST_SIGNAL_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
+    SIGNAL, STEP, SWITCH, TRACES, WINDOW,
 };
 use crate::problem::{LogProblem, most};
 use crate::{agree, descriptor};
@@ -28,8 +30,8 @@ pub(crate) enum Message {
     Step(StepMessage),
     Switch(SwitchMessage),
     Fields(Box<FieldRecord>),
-    Window(WindowRecord),
-    Row(Row),
+    /// Any other record.
+    Record(Record),
     Event(Event),
 }
 
@@ -68,17 +70,29 @@ impl Message {
                 let record: WindowRecord = decode_bulk(topic, head, data)?;
                 timed(record.step)?;
                 agree::window(header, &record)?;
-                Message::Window(record)
+                Message::Record(Record::Window(record))
+            }
+            SIGNAL => {
+                let record: SignalRecord = decode_bulk(topic, head, data)?;
+                timed(record.step)?;
+                agree::signal(header, &record)?;
+                Message::Record(Record::Signal(record))
+            }
+            TRACES => {
+                let record: TraceRecord = decode_bulk(topic, head, data)?;
+                timed(record.step)?;
+                agree::traces(header, &record)?;
+                Message::Record(Record::Traces(record))
             }
             _ => {
                 let text = std::str::from_utf8(data).map_err(serde_json::Error::custom);
                 let message = text.and_then(|payload| match RowKind::with(topic) {
-                    Some(row) => (row.read)(payload).map(Message::Row),
+                    Some(row) => (row.read)(payload).map(|row| Message::Record(Record::Row(row))),
                     None => agree::event(topic, payload, header).map(Message::Event),
                 });
                 let message = message.map_err(|error| unreadable(topic, head, error))?;
-                if let Message::Row(row) = &message {
-                    timed(row.step)?;
+                if let Some(step) = message.step() {
+                    timed(step)?;
                 }
                 message
             }
@@ -91,8 +105,7 @@ impl Message {
             Message::Step(message) => Some(message.step),
             Message::Switch(message) => Some(message.step),
             Message::Fields(record) => Some(record.step),
-            Message::Window(record) => Some(record.step),
-            Message::Row(row) => Some(row.step),
+            Message::Record(record) => Some(record.step()),
             Message::Event(_) => None,
         }
     }
@@ -107,6 +120,7 @@ pub(crate) fn may_be_as_long(header: &RunHeader, topic: &str, bytes: usize) -> R
     match topic {
         STEP | SWITCH => most("bytes in a step or switch", bytes, LONGEST_STEP_BYTES),
         FIELDS | WINDOW => most("bytes in a state", bytes, state),
+        SIGNAL | TRACES => most("bytes of samples", bytes, LONGEST_SIGNAL_BYTES),
         _ => most("bytes in an event", bytes, LONGEST_EVENT_BYTES),
     }
 }
@@ -438,6 +452,12 @@ pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
         Topic::of_bulk::<FieldRecord>(FIELDS, has),
         Topic::of_bulk::<WindowRecord>(WINDOW, has),
     ];
+    if parts.has(Part::Recording) {
+        topics.extend([
+            Topic::of_bulk::<SignalRecord>(SIGNAL, has),
+            Topic::of_bulk::<TraceRecord>(TRACES, has),
+        ]);
+    }
     topics.extend(RowKind::all_in(parts).map(|row| Topic::of(&(row.kind)().with(parts))));
     topics
 }

@@ -15,7 +15,9 @@ use crate::agree;
 use crate::ahead::Ahead;
 use crate::digest::Digests;
 use crate::findings::Gap;
-use crate::format::{CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN_END, STEP, SWITCH, WINDOW};
+use crate::format::{
+    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN_END, SIGNAL, STEP, SWITCH, TRACES, WINDOW,
+};
 use crate::messages::{Message, SwitchMessage, may_be_as_long};
 use crate::metadata;
 use crate::problem::{LogError, LogProblem};
@@ -28,7 +30,7 @@ pub struct Topics {
     pub steps: bool,
     /// States of all blocks.
     pub fields: bool,
-    /// Dense windows, and rows of topics of their own.
+    /// Dense windows, samples of recordings, and rows of topics of their own.
     pub windows: bool,
     /// Events.
     pub events: bool,
@@ -429,7 +431,7 @@ impl RunReader {
         let is_wanted = match topic {
             STEP | SWITCH => steps,
             FIELDS => fields,
-            WINDOW => windows,
+            WINDOW | SIGNAL | TRACES => windows,
             _ => events && topic.starts_with(EVENTS) || windows && RowKind::with(topic).is_some(),
         };
         if !is_wanted {
@@ -464,13 +466,9 @@ impl RunReader {
                 self.record_step = record.step;
                 self.ready.push_back(LogItem::Record(Record::Fields(record)));
             }
-            Message::Window(record) => {
-                self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Window(record)));
-            }
-            Message::Row(row) => {
-                self.record_step = row.step;
-                self.ready.push_back(LogItem::Record(Record::Row(row)));
+            Message::Record(record) => {
+                self.record_step = record.step();
+                self.ready.push_back(LogItem::Record(record));
             }
             Message::Event(event) => {
                 // An event has the time of the record before it.

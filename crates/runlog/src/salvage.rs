@@ -20,7 +20,8 @@ use crate::chunk::Chunk;
 use crate::digest::Digests;
 use crate::findings::{Damage, Gap, Salvaged};
 use crate::format::{
-    CHECKPOINT, DESCRIPTIONS, FIELDS, MOST_CHANNELS, MOST_SCHEMA_BYTES, RUN, RUN_END, STEP, SWITCH, WINDOW,
+    CHECKPOINT, DESCRIPTIONS, FIELDS, MOST_CHANNELS, MOST_SCHEMA_BYTES, RUN, RUN_END, SIGNAL, STEP, SWITCH,
+    TRACES, WINDOW,
 };
 use crate::messages::{Message, Topic};
 use crate::metadata;
@@ -113,8 +114,8 @@ fn changed(end: &RunEnd, salvaged: &Salvaged, digests: &mut Digests) -> Option<S
     found.into_iter().filter(|(topic, _)| is_all(topic)).find(is_other).map(|(topic, _)| topic)
 }
 
-/// The topics of records, in the order in which logs announce them.
-const RECORDS: [&str; 4] = [STEP, SWITCH, FIELDS, WINDOW];
+/// The topics of records, in the order in which logs announce them; the last two of recordings alone.
+const RECORDS: [&str; 6] = [STEP, SWITCH, FIELDS, WINDOW, SIGNAL, TRACES];
 
 /// What a file says of its run, wherever it stands.
 #[derive(Default)]
@@ -157,7 +158,8 @@ impl Found {
         }
         let record = |topic: &str| Topic::of_json(topic, "", String::new());
         let parts = found.header.as_ref().map_or(Parts::default(), RunHeader::parts);
-        let own = RECORDS.into_iter().chain(RowKind::all_in(parts).map(|row| row.topic)).map(record);
+        let own = if parts.recording { &RECORDS[..] } else { &RECORDS[..4] };
+        let own = own.iter().copied().chain(RowKind::all_in(parts).map(|row| row.topic)).map(record);
         let own = own.chain(events.iter().map(Topic::of));
         for (id, topic) in (1..).zip(own) {
             if found.channels.values().all(|known| known.topic != topic.topic) {

@@ -21,8 +21,8 @@ use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::format::{
     BYTES, CHECKPOINT, CHUNK_BYTES, FIELDS, INPUTS, LIBRARY, LONGEST_CHECKPOINT_BYTES,
-    LONGEST_METADATA_BYTES, PROFILE, RECORD_HEAD_BYTES, RECORDING, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
-    SWITCH, WINDOW,
+    LONGEST_METADATA_BYTES, PROFILE, RECORD_HEAD_BYTES, RECORDING, RUN, RUN_END, SALVAGE, SCENARIO, SIGNAL,
+    STEP, SWITCH, TRACES, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
@@ -199,6 +199,8 @@ impl RunWriter {
             Record::Fields(record) => self.bulk(FIELDS, record.step, &**record),
             Record::Window(record) => self.bulk(WINDOW, record.step, record),
             Record::Row(row) => self.event(&row.values),
+            Record::Signal(record) => self.bulk(SIGNAL, record.step, record),
+            Record::Traces(record) => self.bulk(TRACES, record.step, record),
         }
     }
 

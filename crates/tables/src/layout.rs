@@ -6,7 +6,7 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use asperity_record::{Cell, Column, ColumnKind, FieldRecord, Parts, StepRecord, WindowRecord};
+use asperity_record::{Cell, Column, ColumnKind, FieldRecord, Parts, SignalRecord, StepRecord, WindowRecord};
 
 use crate::table::Table;
 
@@ -14,6 +14,8 @@ pub(crate) const STEP: &str = "/step";
 pub(crate) const SWITCH: &str = "/switch";
 pub(crate) const FIELDS: &str = "/fields";
 pub(crate) const WINDOW: &str = "/window";
+pub(crate) const SIGNAL: &str = "/signal";
+pub(crate) const TRACES: &str = "/traces";
 pub(crate) const NODES: &str = "/nodes";
 pub(crate) const EVENTS: &str = "/events/";
 
@@ -21,12 +23,17 @@ pub(crate) const EVENTS: &str = "/events/";
 ///
 /// `parts` selects the optional columns.
 pub fn record_tables(parts: StepParts) -> Vec<Table> {
-    vec![
+    let mut tables = vec![
         Table::new(STEP, step_columns(parts)),
         Table::new(SWITCH, switch_columns(parts)),
         Table::new(FIELDS, fields_columns(parts)),
         Table::new(WINDOW, window_columns(parts)),
-    ]
+    ];
+    if parts.recording {
+        tables.push(Table::new(SIGNAL, columns_of(&OF_SIGNAL, signal_arrays(&SignalRecord::default()))));
+        tables.push(Table::new(TRACES, OF_TRACES.to_vec()));
+    }
+    tables
 }
 
 /// The table of the nodes of a slab, a sheet or a body at chosen times, given the axes along which they move. It
@@ -196,6 +203,35 @@ pub(crate) fn window_arrays(of: &WindowRecord, parts: StepParts) -> Vec<ArrayCol
         array(force_across, &of.tangential_force_across_n, parts.area),
     ]
 }
+
+/// The columns of what the channels of a recording read, those that arrays of a record fill.
+pub(crate) fn signal_arrays(of: &SignalRecord) -> [ArrayColumn<'_>; 3] {
+    let column = |name, about| Column::with_unit(name, ColumnKind::Number, "of the channel", about);
+    [
+        array(column("least", "The least of them."), &of.least, true),
+        array(column("mean", "Their mean."), &of.mean, true),
+        array(column("largest", "The largest of them."), &of.largest, true),
+    ]
+}
+
+/// Those of its columns that are the same for all of its channels, but for the last.
+const OF_SIGNAL: [Column; 6] = [
+    STEP_COLUMN,
+    TIME,
+    count("stream", "The stream, counted from 1."),
+    step("part", "The part of the stream, counted from 1."),
+    count("samples", "How many samples the numbers are of, from this time on."),
+    count("channel", "The channel, counted from 1, sensors first."),
+];
+
+/// The columns of samples about ruptures.
+const OF_TRACES: [Column; 5] = [
+    step("rupture", "Number of the rupture."),
+    step("part", "The part of the stream, counted from 1."),
+    number("time_s", "Time of the sample."),
+    count("sensor", "The sensor, counted from 1."),
+    of_sensor("value", "The sample."),
+];
 
 /// The columns of the table of step records.
 pub fn step_columns(parts: StepParts) -> Vec<Column> {

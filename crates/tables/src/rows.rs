@@ -3,10 +3,13 @@
 use std::iter::repeat_n;
 
 use asperity_record::{
-    Cell, CellValue, FieldRecord, JunctionTotals, Measured, StepRecord, Switch, SwitchAcross, WindowRecord,
+    Cell, CellValue, FieldRecord, JunctionTotals, Measured, SignalRecord, StepRecord, Switch, SwitchAcross,
+    TraceRecord, WindowRecord,
 };
 
-use crate::layout::{ArrayColumn, Cells, FIELDS, StepParts, WINDOW, fields_arrays, window_arrays};
+use crate::layout::{
+    ArrayColumn, Cells, FIELDS, SIGNAL, StepParts, WINDOW, fields_arrays, signal_arrays, window_arrays,
+};
 use crate::table::Table;
 
 /// A record with an array that does not have one value per block.
@@ -111,6 +114,26 @@ pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts)
         Cell::Count(record.sliding),
     ];
     blocks(table, WINDOW, record.step, &same, record.first_block, window_arrays(record, parts))
+}
+
+pub(crate) fn signal(table: &mut Table, record: &SignalRecord) -> Result<(), Ragged> {
+    let SignalRecord { step, time_s, stream, part, samples, .. } = *record;
+    let same =
+        [Cell::Step(step), Cell::Number(time_s), Cell::Count(stream), Cell::Step(part), Cell::Count(samples)];
+    blocks(table, SIGNAL, step, &same, 1, signal_arrays(record).into())
+}
+
+pub(crate) fn traces(table: &mut Table, record: &TraceRecord) {
+    let samples = record.samples.max(1) as usize;
+    for (n, value) in record.values.iter().enumerate() {
+        table.push(vec![
+            Cell::Step(record.rupture),
+            Cell::Step(record.part),
+            Cell::Number(record.time_s + (n % samples) as f64 * record.interval_s),
+            Cell::Count((n / samples) as u32 + 1),
+            Cell::Number(*value),
+        ]);
+    }
 }
 
 /// The nodes of a slab, a sheet or a body after a step.

@@ -7,8 +7,8 @@ use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Part
 
 use crate::foreign;
 use crate::layout::{
-    EVENTS, FIELDS, NODES, STEP, SWITCH, StepParts, WINDOW, fields_columns, nodes_table, record_tables,
-    step_columns, switch_columns,
+    EVENTS, FIELDS, NODES, SIGNAL, STEP, SWITCH, StepParts, TRACES, WINDOW, fields_columns, nodes_table,
+    record_tables, step_columns, switch_columns,
 };
 use crate::rows::{self, NodeRows};
 use crate::table::Table;
@@ -234,6 +234,16 @@ impl RunTables {
                 }
             }
             Record::Row(row) => self.take_event(&row.values)?,
+            Record::Signal(record) => {
+                if let Some(table) = self.table(SIGNAL, record.time_s) {
+                    rows::signal(table, record).map_err(|ragged| ragged.to_string())?;
+                }
+            }
+            Record::Traces(record) => {
+                if let Some(table) = self.table(TRACES, record.time_s) {
+                    rows::traces(table, record);
+                }
+            }
         }
         self.last_step = record.step();
         Ok(())
@@ -308,7 +318,8 @@ impl EventRows {
 /// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
 /// log lists its topics before its first message; a log damaged there may have any known topic.
 fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Table> {
-    let mut tables = record_tables(StepParts { area: of_run.area, ..StepParts::default() });
+    let mut tables =
+        record_tables(StepParts { area: of_run.area, recording: of_run.recording, ..StepParts::default() });
     let rows = RowKind::all_in(of_run).map(|row| (row.kind)().with(of_run));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     let known = rows.chain(kinds.iter().filter(there).cloned());

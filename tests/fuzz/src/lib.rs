@@ -133,12 +133,12 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
             LogItem::Record(record) => {
                 assert!(grid.time_s(record.step()).is_finite());
                 // The check refuses steps out of order before a detector sees them.
-                if matches!(record, Record::Window(_)) || record.step() >= last_step {
+                if !matches!(record, Record::Step(_) | Record::Fields(_)) || record.step() >= last_step {
                     detectors.observe(&record, &mut |event| seen.found.push(event));
                     last_step = last_step.max(record.step());
                 }
                 match record {
-                    Record::Step(_) | Record::Row(_) => {}
+                    Record::Step(_) | Record::Row(_) | Record::Signal(_) | Record::Traces(_) => {}
                     Record::Fields(fields) => assert_eq!(fields.displacement_m.len(), blocks as usize),
                     Record::Window(window) => {
                         let last = window.first_block as usize + window.displacement_m.len();

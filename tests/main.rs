@@ -46,6 +46,7 @@ mod page;
 mod parameter_sets;
 mod prestress;
 mod print;
+mod recording_figures;
 mod recordings;
 mod reference;
 mod refine;

@@ -105,6 +105,9 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
     let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, &[], begin, accept)?;
     let without_nodes = add_nodes(run, &checked, &mut collector).err();
+    if collector.wants_traces() {
+        reading::once(run, &["/traces"], |_| Ok(&mut collector), |_| Ok(()))?;
+    }
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let mut drawn: Vec<PathBuf> = Vec::new();
     let mut lacking = Vec::new();

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
     Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
-    SlipEvent, StepRecord, WindowRecord,
+    SlipEvent, StepRecord, TraceRecord, WindowRecord,
 };
 
 use crate::growth::EventGrowth;
@@ -124,6 +124,8 @@ pub struct RunData {
     pub drops: Vec<LoadDrop>,
     /// See [`RunData::measured()`].
     pub noise: Vec<Noise>,
+    /// What sensors read about the ruptures of which samples are wanted.
+    pub traces: Vec<TraceRecord>,
 }
 
 impl Deref for RunData {
@@ -218,7 +220,8 @@ impl RunData {
     /// # Errors
     /// If they were not kept.
     pub fn measured(&self) -> Result<(&[LoadDrop], &[Noise]), NotKept> {
-        self.if_kept(self.kept.measured, "load drops", self.drops.as_slice()).map(|drops| (drops, &*self.noise))
+        self.if_kept(self.kept.measured, "load drops", self.drops.as_slice())
+            .map(|drops| (drops, &*self.noise))
     }
 
     /// Inputs for the speeds of fronts, see [`RequiredData::fronts`].
@@ -342,6 +345,8 @@ pub struct Collector {
     bounded: Vec<(u32, EventGrowth)>,
     /// How many loads are held at most before they are [`thinned`].
     most_loads: usize,
+    /// The ruptures whose samples are kept, once these are known.
+    traced: Vec<u64>,
 }
 
 /// Most loads of which a bounded collector keeps all.
@@ -396,8 +401,9 @@ impl Collector {
             velocities: Vec::new(),
             drops: Vec::new(),
             noise: Vec::new(),
+            traces: Vec::new(),
         };
-        Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX }
+        Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX, traced: Vec::new() }
     }
 
     /// Keeps data that do not grow with the number of events, for the precursors by these rules and for figures of the
@@ -464,6 +470,9 @@ impl Collector {
     /// has passed, computes them and passes them to [`Collector::nodes`]. For a chain those of velocities alone.
     pub fn nodes_at_s(&self) -> Vec<f64> {
         let RunData { run, kept, .. } = &self.run;
+        if run.is_measured() {
+            return Vec::new();
+        }
         // Of a rupture that the run lacks the figure says so.
         let of = |films: &[Film]| films.iter().filter_map(|film| film.times_s(run).ok()).flatten().collect();
         let mut all: Vec<f64> = of(&kept.velocities);
@@ -471,6 +480,15 @@ impl Collector {
             all.extend(kept.nodes_at_s.iter().copied().chain(of(&kept.films)));
         }
         all
+    }
+
+    /// Whether samples of sensors about ruptures are wanted. Which ruptures is known once the run has passed, so the
+    /// caller then passes the samples of its log again.
+    pub fn wants_traces(&mut self) -> bool {
+        let RunData { run, kept, .. } = &self.run;
+        let ruptures = kept.traces.iter().filter_map(|film| film.rupture(run).ok());
+        self.traced = ruptures.map(|rupture| rupture.rupture).collect();
+        !self.traced.is_empty()
     }
 
     /// Takes the nodes at one of these times, of a later step than the last.
@@ -520,6 +538,9 @@ impl Observer for Collector {
                 let is_chosen = (record.window as usize) < run.plan.recording.windows.len();
                 let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
                 of.push(record.clone());
+            }
+            Record::Traces(record) if self.traced.contains(&record.rupture) => {
+                self.run.traces.push(record.clone());
             }
             Record::Row(row) if self.run.kept.measured => self.run.noise.extend(row.values.get().cloned()),
             _ => {}

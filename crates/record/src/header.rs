@@ -92,7 +92,8 @@ impl RunHeader {
 
     /// `L_p / L` of what reached this column of blocks, or sensor, and its standard error, which only sensors have.
     pub fn length_ratio(&self, last: u32) -> [f64; 2] {
-        let behind = self.sensors.as_ref().and_then(|sensors| Some((sensors.behind_m(last)?, sensors.length_m)));
+        let behind =
+            self.sensors.as_ref().and_then(|sensors| Some((sensors.behind_m(last)?, sensors.length_m)));
         match behind {
             // Anywhere before the next sensor is as likely.
             Some(([middle_m, gap_m], length_m)) => [middle_m / length_m, gap_m / 12f64.sqrt() / length_m],

@@ -196,6 +196,8 @@ impl Recording {
                 length_m: slider.length_m.0,
                 x_m,
                 are_of_slip: self.description.contact_role() == Some(Role::Slip),
+                threshold: detection.threshold(),
+                least_step: detection.least_step.map_or(0.0, |step| step.0),
             }),
         }
     }

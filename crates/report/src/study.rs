@@ -34,7 +34,7 @@ pub struct Run {
     pub name: String,
     /// Its header.
     pub header: RunHeader,
-    /// Its scenario.
+    /// Its scenario; of a recording [`Scenario::of_recording`].
     pub scenario: Scenario,
     /// Its numbers.
     pub summary: Summary,
@@ -46,6 +46,13 @@ pub struct Run {
     pub note: BTreeMap<String, String>,
     /// Its log and its tables.
     pub links: Vec<Link>,
+}
+
+impl Run {
+    /// Whether it is the recording of a laboratory, whose scenario says nothing of it.
+    pub(crate) fn is_measured(&self) -> bool {
+        self.header.sensors.is_some()
+    }
 }
 
 /// A file beside the page.

@@ -82,7 +82,7 @@ impl OpenLog {
     /// As [`OpenLog::needed_scenario`].
     pub fn shown_scenario(&self) -> Result<Cow<'_, Scenario>, String> {
         match self.header().sensors {
-            Some(_) => Ok(Cow::Owned(Scenario::of_recording(self.header()))),
+            Some(_) => Ok(Cow::Owned(Scenario::of_recording(self.header(), self.scenario_toml()))),
             None => self.needed_scenario().map(Cow::Borrowed),
         }
     }

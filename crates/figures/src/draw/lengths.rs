@@ -51,9 +51,8 @@ impl Of {
     /// farthest column, and how many contacts slid.
     fn found(self, run: &RunData) -> Result<Vec<(u64, [f64; 2], u32, u32)>, String> {
         let load = |ft_fn: f64, error: Option<f64>| [ft_fn, error.unwrap_or(0.0)];
-        let of_rupture = |of: &Rupture| {
-            (of.onset_step, load(of.ft_fn_onset, of.ft_fn_error), of.last_block, of.slipped())
-        };
+        let of_rupture =
+            |of: &Rupture| (of.onset_step, load(of.ft_fn_onset, of.ft_fn_error), of.last_block, of.slipped());
         let of_slip = |of: Precursor<'_>| {
             (of.start.onset_step, load(of.start.ft_fn_onset, None), of.last_block, of.blocks_slipped)
         };
@@ -89,7 +88,8 @@ impl Figure for Lengths {
         let measured: Vec<_> = found.iter().map(|of| [of.1, run.header.length_ratio(of.2)]).collect();
         let points: Vec<Point> = measured.iter().map(|[load, length]| (load[0], length[0])).collect();
         let from_steps = found.iter().map(|found| found.0).zip(points.iter().copied());
-        let area = |(_, [load, _], _, count): &(_, [f64; 2], _, u32)| (*load, share(*count, run.header.blocks));
+        let area =
+            |(_, [load, _], _, count): &(_, [f64; 2], _, u32)| (*load, share(*count, run.header.blocks));
         let areas = found.iter().filter(|_| run.of_one_row().is_none()).map(area).collect();
         let (x, y) = (Scale::free(load_name(run)?), Scale::between("L_p/L", 0.0, 1.08));
         let mut layers = vec![pen.called("").discs(areas), Layer::bars(&measured, [&x, &y], pen.look.2)];

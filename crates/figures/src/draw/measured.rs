@@ -31,10 +31,7 @@ impl Measured {
     /// Bars of errors, and marks with a row in the legend.
     fn layers(&self, scales: [&Scale; 2]) -> [Layer; 2] {
         let marks = self.points.iter().map(|[x, y]| (x[0], y[0])).collect();
-        [
-            Layer::bars(&self.points, scales, PURPLE),
-            Layer::marks(&self.label, marks, Marker::Diamond, PURPLE),
-        ]
+        [Layer::bars(&self.points, scales, PURPLE), Layer::marks(&self.label, marks, Marker::Diamond, PURPLE)]
     }
 }
 

@@ -228,7 +228,8 @@ impl Extent {
             blocks: header.blocks,
             columns: header.contacts().columns(),
             duration_s: header.time_grid().time_s(header.steps),
-            law: (header.sensors.is_none() && LengthLaw::is_for(scenario)).then(|| LengthLaw::natural(scenario)),
+            law: (header.sensors.is_none() && LengthLaw::is_for(scenario))
+                .then(|| LengthLaw::natural(scenario)),
         }
     }
 
@@ -377,7 +378,8 @@ mod tests {
 
     #[test]
     fn every_kind_has_keys_that_draw_it() {
-        let usual = [Parts::default(), Parts { area: true, ..Parts::default() }].into_iter().flat_map(Kind::usual);
+        let usual =
+            [Parts::default(), Parts { area: true, ..Parts::default() }].into_iter().flat_map(Kind::usual);
         let named = usual.map(|kind| kind.name).chain(OF_RECORDINGS);
         assert!(named.map(Kind::find).all(|kind| kind.is_some()));
         assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));

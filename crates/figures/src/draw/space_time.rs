@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use asperity_numbers::estimate::Estimate;
 use asperity_numbers::front_speed_m_per_s;
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
@@ -157,7 +158,8 @@ impl View {
             (false, _) => block,
             (true, []) => (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm,
             (true, sensors_mm) => {
-                let (low_mm, high_mm) = (sensors_mm[block.floor() as usize], sensors_mm[block.ceil() as usize]);
+                let (low_mm, high_mm) =
+                    (sensors_mm[block.floor() as usize], sensors_mm[block.ceil() as usize]);
                 low_mm + block.fract() * (high_mm - low_mm)
             }
         }
@@ -175,18 +177,6 @@ impl View {
             ([corner(from_s, f64::from(first) - 0.5), corner(to_s, last + 0.5)], colour)
         };
         blocks.chunk_by(|a, b| b.0 == a.0 + 1 && a.1 == b.1).map(tile).collect()
-    }
-
-    /// Arrivals at sensors, with bars of their errors.
-    fn picks(&self, arrivals: &[Arrival]) -> [Layer; 2] {
-        let pick = |of: &Arrival| {
-            let [at, later] = [0.0, of.arrival_error_s.unwrap_or(0.0)].map(|error_s| self.clock.place(of.arrival_s + error_s));
-            [[at, later - at], [self.up(of.block.into()), 0.0]]
-        };
-        let picks: Vec<_> = arrivals.iter().map(pick).collect();
-        let free = Scale::free("");
-        let at = picks.iter().map(|[time, place]| (time[0], place[0])).collect();
-        [Layer::bars(&picks, [&free, &free], INK), Layer::marks("", at, Marker::Circle, INK)]
     }
 
     /// A line through blocks at times, if some of it is in view; where it leaves the panel it is cut off.
@@ -244,10 +234,12 @@ pub(super) fn map(
         patched.entry(*sort).or_default().extend(view.tiles(seen.map(patch)));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
             let is_zoomed = zoom.is_some_and(|zoom| zoom.rupture == rupture.rupture);
-            let label = if is_zoomed && view.in_mm { front_label(run, rupture) } else { "arrivals".to_owned() };
+            let label =
+                if is_zoomed && view.in_mm { front_label(run, rupture) } else { "arrivals".to_owned() };
             fronts.extend(view.line(&label, &front, Dash::Solid, INK));
             if is_zoomed && run.is_measured() {
-                fronts.extend(view.picks(arrivals));
+                let arrivals: Vec<&Arrival> = arrivals.iter().collect();
+                fronts.extend(picks(clock, &arrivals, |of| view.up(of.block.into()), INK));
             }
         }
     }
@@ -272,19 +264,43 @@ pub(super) fn map(
 }
 
 /// What the line of arrivals is called: the front, with its speed if it has one.
-pub(super) fn front_label(run: &RunData, rupture: &Rupture) -> String {
+fn front_label(run: &RunData, rupture: &Rupture) -> String {
     if run.is_measured() {
-        let measured = [
-            (rupture.front_speed_up_m_per_s, rupture.front_speed_up_error_m_per_s),
-            (rupture.front_speed_down_m_per_s, rupture.front_speed_down_error_m_per_s),
-        ];
-        let words = measured.iter().filter_map(|(speed, error)| Some(format!("{:.0} ± {:.0} m/s", (*speed)?, (*error)?)));
-        let words = words.collect::<Vec<_>>().join(" and ");
-        return if words.is_empty() { "arrivals".to_owned() } else { format!("front, {words}") };
+        // Of two fronts the line is one.
+        let [up, down] = speeds_of_front(rupture).map(|front| front.map(|(_, words)| words));
+        return up.xor(down).unwrap_or("arrivals".to_owned());
     }
     let wave_m_per_s = run.plan.spacing_m / crossing_s(run);
     let speed = front_speed_m_per_s(rupture, run.header.contacts(), Some(wave_m_per_s));
     speed.map_or("arrivals".to_owned(), |speed| format!("front, {speed:.0} m/s"))
+}
+
+/// The speeds of the fronts of a measured rupture towards higher and lower sensors, m/s, and in words with their errors.
+pub(super) fn speeds_of_front(rupture: &Rupture) -> [Option<(f64, String)>; 2] {
+    let measured = [
+        (rupture.front_speed_up_m_per_s, rupture.front_speed_up_error_m_per_s),
+        (rupture.front_speed_down_m_per_s, rupture.front_speed_down_error_m_per_s),
+    ];
+    measured.map(|(speed, error)| {
+        let speed = Estimate { value: speed?, error: error? };
+        Some((speed.value, format!("front, {speed} m/s")))
+    })
+}
+
+/// Arrivals at sensors, whose places are given, with bars of their errors.
+pub(super) fn picks(
+    clock: &Clock,
+    arrivals: &[&Arrival],
+    place: impl Fn(&Arrival) -> f64,
+    colour: RGBColor,
+) -> [Layer; 2] {
+    let pick = |of: &&Arrival| {
+        let at = |error_s: f64| clock.place(of.arrival_s + error_s);
+        [[at(0.0), at(of.arrival_error_s.unwrap_or(0.0)) - at(0.0)], [place(of), 0.0]]
+    };
+    let picks: Vec<_> = arrivals.iter().map(pick).collect();
+    let (free, at) = (Scale::free(""), picks.iter().map(|[time, place]| (time[0], place[0])).collect());
+    [Layer::bars(&picks, [&free, &free], colour), Layer::marks("arrivals", at, Marker::Circle, colour)]
 }
 
 /// When each block that a rupture passed began to slide and when it stopped, s; over an area each column, from the

@@ -18,9 +18,13 @@ fn main() {
         Ok(inputs) => inputs,
         Err(error) => panic!("the code version cannot be made: {error}"),
     };
+    let mut of_recordings = code_version::Inputs::of(&workspace, "recording", &rustc).expect("as that one");
+    of_recordings.files.extend(inputs.files.clone());
+    of_recordings.words.extend(inputs.words.clone());
     // Paths relative to this crate, so that a copy watches its own files. Cargo watches folders
     // recursively.
-    let crates: BTreeSet<&str> = inputs.files.keys().filter_map(|name| name.split('/').nth(1)).collect();
+    let crates: BTreeSet<&str> =
+        of_recordings.files.keys().filter_map(|name| name.split('/').nth(1)).collect();
     for name in crates {
         println!("cargo::rerun-if-changed=../{name}/src");
         println!("cargo::rerun-if-changed=../{name}/Cargo.toml");
@@ -28,8 +32,10 @@ fn main() {
     println!("cargo::rerun-if-changed=../../Cargo.toml");
     println!("cargo::rerun-if-changed=../../Cargo.lock");
     println!("cargo::rustc-env=ASPERITY_RUSTC={rustc}");
-    let version = inputs.version().expect("the sources can be read");
-    println!("cargo::rustc-env=ASPERITY_CODE_VERSION={version}");
+    for (name, inputs) in [("CODE_VERSION", inputs), ("RECORDING_CODE_VERSION", of_recordings)] {
+        let version = inputs.version().expect("the sources can be read");
+        println!("cargo::rustc-env=ASPERITY_{name}={version}");
+    }
 }
 
 /// The compiler's name, version and revision, without host information.

@@ -1,12 +1,14 @@
 //! `asperity check`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use asperity_run::{Checked, check, check_again};
+use asperity_recording::{Description, Recording};
+use asperity_run::{Checked, OpenLog, check, ruptures};
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
-use crate::{note, terminal, verdict_exit};
+use crate::progress::Board;
+use crate::{note, recording, terminal, verdict_exit};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -14,6 +16,7 @@ Examples:
   asperity check out/mine.mcap
   asperity check out/chapter5/runs/*.mcap
   asperity check out/doubted.mcap --again
+  asperity check out/lab.mcap --again --inputs fixtures/recordings/slip
 
 Reads every byte. Checks the structure and checksums of the file, every message
 against its schema, and the order and times of steps; that all numbers are
@@ -25,7 +28,8 @@ If this version of the program made the log, its header and topics must also
 follow from its scenario. Its records are not compared with that scenario:
 someone who recomputes all checksums can change any record. --again detects
 this: it repeats the run and compares every record, which takes as long as the
-run.")]
+run. A recording is read again from the files in --inputs FOLDER that its log
+names; only regular files inside that folder are opened.")]
 pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -33,16 +37,43 @@ pub(crate) struct CheckArguments {
     /// Repeat runs that this version of the program made, and compare every record.
     #[arg(long)]
     pub(crate) again: bool,
+    /// The folder of a recording's files, which --again reads again.
+    #[arg(long, value_name = "FOLDER", requires = "again")]
+    pub(crate) inputs: Option<PathBuf>,
 }
 
-pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &CheckArguments, board: &Board) -> Result<(), Failure> {
     let mut codes = Vec::new();
     for run in &arguments.runs {
-        let checked: Checked = if arguments.again { check_again(run) } else { check(run) };
+        let checked: Checked = match &arguments.inputs {
+            _ if !arguments.again => check(run),
+            inputs => OpenLog::open(run).map_or_else(
+                |checked| Ok(*checked),
+                |log| match inputs {
+                    _ if log.header().sensors.is_none() => Ok(log.check_again(&mut ())),
+                    Some(folder) => recorded_again(log, folder, board),
+                    None => {
+                        let problem = "a recording is read again from its files (accepted: --inputs FOLDER)";
+                        Err(Failure::BadInput(format!("{}: {problem}", run.display())))
+                    }
+                },
+            )?,
+        };
         let what = verdict_exit::words(run, &checked);
         terminal::say(format_args!("{}: {}", run.display(), exit::shortened(&what)))?;
         note::show(run)?;
         codes.push(Code::from(checked.verdict));
     }
     Code::worst(codes).said()
+}
+
+/// Checks the log of a recording against the files of a folder.
+fn recorded_again(log: OpenLog, folder: &Path, board: &Board) -> Result<Checked, Failure> {
+    let open =
+        Description::parse(&folder.join("recording.toml"), log.scenario_toml()).and_then(Recording::open);
+    let recording = open.map_err(|error| recording::failed(&error))?;
+    let mut found = recording::detect(&recording, board)?;
+    let recorded = recording::recorded(&recording, &mut found)?;
+    let ruptures = ruptures(&recorded.header, found.steps());
+    Ok(recorded.check(log, recording.records(&mut found, &ruptures)))
 }

@@ -102,7 +102,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Events(arguments) => events::command(&arguments, &board),
         Command::Recording(command) => recording::command(&command, &board),
         Command::Catalogue(arguments) => catalogue::command(&arguments, &board),
-        Command::Check(arguments) => check::command(&arguments),
+        Command::Check(arguments) => check::command(&arguments, &board),
         Command::Note(arguments) => note::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments, board),

@@ -1,19 +1,20 @@
 //! `asperity recording`.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use asperity_files::Existing;
 use asperity_record::{Arrival, EventPayload, LoadDrop, Rupture, counted};
-use asperity_recording::{Description, EXAMPLE, Recording, RecordingError};
-use asperity_run::Recorded;
+use asperity_recording::{Description, Detected, EXAMPLE, Recording, RecordingError};
+use asperity_run::stream::StreamError;
+use asperity_run::{Recorded, ruptures};
 use asperity_runlog::WriteError;
+use asperity_study::Watcher;
 use clap::{Args, Subcommand};
 
 use crate::exit::Failure;
 use crate::outputs::{fits, refused};
 use crate::progress::Board;
-use crate::terminal;
+use crate::{interrupt, terminal};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum RecordingCommand {
@@ -71,18 +72,44 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
     }
 }
 
+/// Finds steps and drops, with a bar; warnings are told.
+pub(crate) fn detect(recording: &Recording, board: &Board) -> Result<Detected, Failure> {
+    interrupt::install()?;
+    let name = recording.description.name.clone();
+    let found = recording.detect(&mut |done, of| {
+        board.reached(&name, done as usize, of as usize);
+        interrupt::has_come()
+    });
+    let found = found.map_err(|error| failed(&error))?;
+    found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
+    Ok(found)
+}
+
+/// What is written of a recording; its records follow.
+pub(crate) fn recorded(recording: &Recording, found: &mut Detected) -> Result<Recorded, Failure> {
+    let inputs = recording.inputs().map_err(|error| failed(&error))?;
+    Ok(Recorded {
+        header: recording.header(&inputs),
+        toml: recording.description.text.clone(),
+        inputs: inputs.into_iter().map(|(path, input)| (path, input.to_string())).collect(),
+        drops: std::mem::take(&mut found.drops),
+    })
+}
+
 fn open(file: &RecordingFile) -> Result<Recording, Failure> {
     Description::read(&file.file).and_then(Recording::open).map_err(|error| failed(&error))
 }
 
-fn failed(error: &RecordingError) -> Failure {
-    Failure::BadInput(error.to_string())
+pub(crate) fn failed(error: &RecordingError) -> Failure {
+    match (error, interrupt::code()) {
+        (RecordingError::Interrupted, Some(code)) => Failure::Said(code),
+        _ => Failure::BadInput(error.to_string()),
+    }
 }
 
 fn validate(file: &RecordingFile, board: &Board) -> Result<(), Failure> {
     let recording = open(file)?;
-    let found = recording.detect().map_err(|error| failed(&error))?;
-    found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
+    detect(&recording, board)?;
     terminal::say(format_args!("{}: valid", recording.description.name))?;
     for line in recording.in_words() {
         terminal::say(format_args!("  {line}"))?;
@@ -94,25 +121,17 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let ReadArguments { recording: file, out, force } = arguments;
     fits("--out", out, "mcap", "a log")?;
     let recording = open(file)?;
-    let files = recording.inputs().map_err(|error| failed(&error))?;
-    let found = recording.detect().map_err(|error| failed(&error))?;
-    found.warnings.iter().for_each(|warning| board.line(&format!("warning: {warning}")));
-    let header = recording.header(&files);
-    let described = files
-        .into_iter()
-        .map(|input| (input.path, format!("{} bytes, BLAKE3 {}", input.bytes, input.blake3)));
-    let inputs: BTreeMap<String, String> = described.collect();
-    let recorded = Recorded {
-        header,
-        toml: recording.description.text,
-        inputs,
-        records: found.records,
-        noise: found.noise,
-        drops: found.drops,
-    };
+    let mut found = detect(&recording, board)?;
+    let recorded = recorded(&recording, &mut found)?;
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
-    let end = recorded.write(out, existing).map_err(|error| match error {
-        WriteError::File(error) => refused("--out", &error, true),
+    let ruptures = ruptures(&recorded.header, found.steps());
+    let records = recording.records(&mut found, &ruptures).map(|record| match interrupt::has_come() {
+        true => Err(RecordingError::Interrupted),
+        false => record,
+    });
+    let end = recorded.write(out, existing, records).map_err(|error| match error {
+        StreamError::Source(error) => failed(&error),
+        StreamError::Sink(WriteError::File(error)) => refused("--out", &error, true),
         error => Failure::failed(error),
     })?;
     let [ruptures, arrivals, drops] =

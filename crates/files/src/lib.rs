@@ -73,6 +73,15 @@ use std::path::{Path, PathBuf};
 
 use rename::sync_folder_of;
 
+/// What is written first and read then: in memory, or beyond so many bytes in a file without a name in the folder for
+/// temporary files.
+pub fn spool(in_memory_bytes: usize) -> Spool {
+    tempfile::spooled_tempfile(in_memory_bytes)
+}
+
+/// See [`spool`].
+pub type Spool = tempfile::SpooledTempFile;
+
 /// Removes a file that belonged to what others have replaced.
 ///
 /// # Errors

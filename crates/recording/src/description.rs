@@ -269,9 +269,15 @@ pub(crate) struct Detection {
     pub(crate) least_step: Option<FromZero>,
     pub(crate) least_drop_n: Option<FromZero>,
     link_time_ratio: Option<Positive>,
+    /// Whether the log has the samples about each rupture.
+    traces: Option<bool>,
 }
 
 impl Detection {
+    pub(crate) fn has_traces(&self) -> bool {
+        self.traces.unwrap_or(true)
+    }
+
     /// Least size of a step, in scatters of the step statistic.
     pub(crate) fn threshold(&self) -> f64 {
         self.threshold.map_or(6.0, |threshold| threshold.0)

@@ -1,5 +1,6 @@
 //! Why a recording is refused.
 
+use std::env;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,9 @@ pub enum RecordingError {
         /// Why.
         error: io::Error,
     },
+    /// Whoever waits for it has stopped it.
+    #[error("interrupted")]
+    Interrupted,
     /// A file holds what is not accepted.
     #[error(transparent)]
     Input(Box<InputFault>),
@@ -34,6 +38,11 @@ impl RecordingError {
     pub(crate) fn io(file: &Path) -> impl Fn(io::Error) -> RecordingError {
         let file = file.to_owned();
         move |error| RecordingError::Io { file: file.clone(), error }
+    }
+
+    /// Of records that are kept in the folder for temporary files.
+    pub(crate) fn spool(error: io::Error) -> RecordingError {
+        RecordingError::io(&env::temp_dir())(error)
     }
 }
 

@@ -6,7 +6,8 @@ use asperity_record::LoadDrop;
 
 use crate::description::Channel;
 use crate::line::Line;
-use crate::pick::Search;
+use crate::noise::OfPart;
+use crate::pick::{Finder, Search};
 use crate::ramp::Ramp;
 use crate::samples::Block;
 use crate::survey::Part;
@@ -17,7 +18,11 @@ const LINE_WINDOWS: u64 = 8;
 /// Samples between a line and the ramp beside it.
 const MARGIN: u64 = 2;
 
-/// The forces of a recording: its parts, and in each the ramps of `F_T`, as they are or not drops.
+/// Windows in which the ramp behind a sample is known, and that a drop needs before it is known, with the lines.
+const AHEAD: u64 = 21;
+pub(crate) const BEHIND: u64 = 36;
+
+/// The forces of a recording by windows of one width: in each part the ramps of `F_T`, as they are or not drops.
 #[derive(Debug)]
 pub(crate) struct Forces<'a> {
     pub(crate) parts: &'a [Part],
@@ -27,6 +32,11 @@ pub(crate) struct Forces<'a> {
     pub(crate) channels: Vec<&'a Channel>,
     pub(crate) rows: [Option<usize>; 3],
     pub(crate) normal_force_n: Option<f64>,
+    pub(crate) noise: Vec<OfPart>,
+    pub(crate) finder: Finder,
+    pub(crate) drops: Vec<LoadDrop>,
+    /// How many ramps of the part were judged.
+    pub(crate) judged: usize,
 }
 
 /// Samples of a range of a part.
@@ -88,21 +98,35 @@ impl Forces<'_> {
         [before, behind, start.saturating_sub(width)..from(start + width)]
     }
 
-    /// The samples that tell whether each ramp is a load drop.
-    pub(crate) fn requests(&self) -> Vec<Request> {
-        let of_part = |part: usize| (0..self.ramps[part].len()).map(move |n| (part, n));
-        (0..self.parts.len())
-            .flat_map(of_part)
-            .map(|(part, n)| {
-                let [before, behind, normal] = self.ranges(part, n);
-                let (from, to) = (before.start.min(normal.start), behind.end.max(normal.end).max(before.end));
-                Request { part, samples: from.min(behind.start)..to }
-            })
-            .collect()
+    /// Adds samples of a part from `first` on, the last ones of the rows: finds ramps, and drops as soon as their lines
+    /// are known.
+    pub(crate) fn extend(&mut self, part: usize, first: u64, rows: &Rows<'_>, is_last: bool) {
+        if first == 0 {
+            (self.judged, self.finder) = (0, Finder::new(self.searches[part]));
+        }
+        let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
+        let row = &rows.rows[FORCE];
+        self.finder.extend(&row[(first - rows.first) as usize..], is_last, &mut |window, ramp| {
+            if !noise.touches_clips(window, &ramp) {
+                ramps.push(ramp);
+            }
+        });
+        let (end, width) = (rows.first + row.len() as u64, self.searches[part].width);
+        while let Some(ramp) = self.ramps[part].get(self.judged)
+            && (is_last || ramp.end.ceil() as u64 + AHEAD * width + 2 * MARGIN < end)
+        {
+            if let Some(mut drop) = self.drop(part, self.judged, rows) {
+                drop.drop = self.drops.len() as u64;
+                let before = self.drops.last().filter(|before| before.part == drop.part);
+                drop.recurrence_s = before.map(|before| drop.onset_s - before.onset_s);
+                self.drops.push(drop);
+            }
+            self.judged += 1;
+        }
     }
 
     /// The load drop of a ramp, if it is one, without its number and recurrence.
-    pub(crate) fn drop(&self, part: usize, n: usize, rows: &Rows<'_>) -> Option<LoadDrop> {
+    fn drop(&self, part: usize, n: usize, rows: &Rows<'_>) -> Option<LoadDrop> {
         let (of, ramp, search) = (&self.parts[part], self.ramps[part][n], &self.searches[part]);
         let [left, right, normal] = self.ranges(part, n);
         let line = |which: usize, samples: &Range<u64>| {

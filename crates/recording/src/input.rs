@@ -1,5 +1,6 @@
 //! Opens the files that a description names, in its folder and nowhere else.
 
+use std::fmt;
 use std::path::{Component, Path, PathBuf};
 
 use crate::csv::Csv;
@@ -14,12 +15,16 @@ const MOST_SEGMENTS: usize = 100_000;
 /// A file of a recording, as it was when it was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// Its path from the folder of the description.
-    pub path: String,
     /// Its length.
     pub bytes: u64,
     /// BLAKE3 hash of its content, hexadecimal.
     pub blake3: String,
+}
+
+impl fmt::Display for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes, BLAKE3 {}", self.bytes, self.blake3)
+    }
 }
 
 /// The folder of a description.
@@ -108,6 +113,6 @@ impl Folder {
         let mut file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
         let mut hasher = blake3::Hasher::new();
         let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
-        Ok(Input { path: named.to_owned(), bytes, blake3: hasher.finalize().to_hex().to_string() })
+        Ok(Input { bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
 }

@@ -1,41 +1,47 @@
 //! The first pass: the noise of channels, and what is wrong with them.
 
-use asperity_record::{LoadNoise, Noise, Row};
+use asperity_record::{LoadNoise, Noise, Row, SignalRecord};
 
 use crate::description::Channel;
 use crate::error::{InputFault, Place, RecordingError};
 use crate::ramp::Ramp;
-use crate::recording::{Recording, SHORTEST_PART};
+use crate::recording::{Detected, Progress, Recording, SHORTEST_PART};
+use crate::signals::Signals;
 use crate::survey::Part;
 use crate::window::{Scatter, Values, Window};
 
 /// Equal samples in a row at the extreme of a channel that are clipped.
 const CLIPPED: u64 = 3;
 
-/// What the first pass over a stream finds.
-#[derive(Debug)]
-pub(crate) struct ByNoise {
-    /// By part and channel.
-    pub(crate) parts: Vec<Vec<OfPart>>,
-    pub(crate) rows: Vec<Row>,
-    pub(crate) warnings: Vec<InputFault>,
-}
-
-/// A channel in a part, in numbers as stored.
+/// A channel in a part, by windows of one width, in numbers as stored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OfPart {
+    pub(crate) width: u64,
     pub(crate) scatter: Scatter,
-    /// Least and largest value where the channel is clipped.
-    clips: [Option<f64>; 2],
+    /// The extremes at which it is clipped.
+    clips: [Option<Run>; 2],
+    /// Whether the steps between numbers are above the noise.
+    is_coarse: bool,
 }
 
 impl OfPart {
+    fn of(values: Values, extremes: &Extremes, width: u64) -> OfPart {
+        let scatter = values.scatter();
+        let noise = scatter.noise(width);
+        let is_coarse = noise > 0.0 && extremes.quantum > noise;
+        // Where steps between numbers may leave equal samples, none is tested.
+        let is_tested = !is_coarse && extremes.least.value < extremes.most.value;
+        let clips = [extremes.least, extremes.most];
+        let clips = clips.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
+        OfPart { width, scatter, clips, is_coarse }
+    }
+
     /// Whether clipped samples touch a ramp.
     pub(crate) fn touches_clips(&self, window: &Window, ramp: &Ramp) -> bool {
         let (begin, end) =
             ((ramp.begin.floor() as u64).saturating_sub(CLIPPED - 1), ramp.end.ceil() as u64 + CLIPPED);
         let is_clipped =
-            |run: &[f64]| self.clips.iter().flatten().any(|at| run.iter().all(|value| value == at));
+            |run: &[f64]| self.clips.iter().flatten().any(|at| run.iter().all(|value| *value == at.value));
         window.samples(begin..end).windows(CLIPPED as usize).any(is_clipped)
     }
 }
@@ -52,11 +58,13 @@ struct Run {
 }
 
 impl Run {
-    /// Adds the next sample, the one with this number, which may be the new extreme.
-    fn add(&mut self, value: f64, is_beyond: bool, sample: u64) {
-        if is_beyond {
-            *self = Run { value, length: 1, clipped: 0, first: 0 };
-        } else if value == self.value {
+    fn of(value: f64) -> Run {
+        Run { value, length: 0, clipped: 0, first: 0 }
+    }
+
+    /// Adds the next sample, the one with this number.
+    fn add(&mut self, value: f64, sample: u64) {
+        if value == self.value {
             self.length += 1;
             if self.length == CLIPPED && self.clipped == 0 {
                 self.first = sample + 1 - CLIPPED;
@@ -83,144 +91,198 @@ struct Extremes {
 
 impl Default for Extremes {
     fn default() -> Extremes {
-        let run = |value| Run { value, length: 0, clipped: 0, first: 0 };
-        let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(run);
+        let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
         Extremes { least, most, quantum: f64::INFINITY, last: f64::NAN, samples: 0 }
     }
 }
 
 impl Extremes {
-    fn extend(&mut self, samples: &[f64]) {
-        for &value in samples {
-            let is_least = value < self.least.value;
-            let is_most = value > self.most.value;
-            self.least.add(value, is_least, self.samples);
-            self.most.add(value, is_most, self.samples);
-            let step = (value - self.last).abs();
-            if step > 0.0 && step < self.quantum {
-                self.quantum = step;
+    /// Adds samples. Returns the least, mean and largest of them.
+    fn extend(&mut self, samples: &[f64]) -> [f64; 3] {
+        let (least, most) = (lanes(samples, f64::min), lanes(samples, f64::max));
+        let sum = lanes(samples, |a, b| a + b);
+        let quantum = &mut self.quantum;
+        let mut differ = |before: f64, value: f64| {
+            let step = (value - before).abs();
+            *quantum = if step > 0.0 && step < *quantum { step } else { *quantum };
+        };
+        differ(self.last, samples[0]);
+        samples.iter().zip(&samples[1..]).for_each(|(before, value)| differ(*before, *value));
+        let are_beyond = [least < self.least.value, most > self.most.value];
+        for ((run, extreme), is_beyond) in
+            [(&mut self.least, least), (&mut self.most, most)].into_iter().zip(are_beyond)
+        {
+            if is_beyond {
+                *run = Run::of(extreme);
             }
-            self.last = value;
-            self.samples += 1;
+            if extreme == run.value {
+                samples.iter().zip(self.samples..).for_each(|(value, sample)| run.add(*value, sample));
+            } else {
+                run.length = 0;
+            }
         }
-    }
-
-    /// Whether the steps between numbers are above the noise, if there is noise.
-    fn are_coarse(&self, noise: f64) -> bool {
-        noise > 0.0 && self.quantum > noise
-    }
-
-    /// The extremes at which samples are clipped; none where steps between numbers may leave equal samples.
-    fn clips(&self, noise: f64) -> [Option<Run>; 2] {
-        let is_tested = !self.are_coarse(noise) && self.least.value < self.most.value;
-        [self.least, self.most].map(|run| Some(run).filter(|run| is_tested && run.clipped > 0))
+        self.last = samples[samples.len() - 1];
+        self.samples += samples.len() as u64;
+        [least, sum / samples.len() as f64, most]
     }
 }
 
+/// Reduces numbers in lanes that a processor handles at once, always in the same order.
+fn lanes(numbers: &[f64], reduce: impl Fn(f64, f64) -> f64) -> f64 {
+    const LANES: usize = 8;
+    let mut chunks = numbers.chunks_exact(LANES);
+    let lanes = chunks.next().map(|first| {
+        let mut lanes: [f64; LANES] = first.try_into().expect("it has as many");
+        for chunk in &mut chunks {
+            lanes.iter_mut().zip(chunk).for_each(|(lane, number)| *lane = reduce(*lane, *number));
+        }
+        lanes
+    });
+    let rest = chunks.remainder().iter().copied();
+    lanes.into_iter().flatten().chain(rest).reduce(reduce).expect("there are numbers")
+}
+
+/// A channel in the first pass over a part.
+struct Listener {
+    extremes: Extremes,
+    windows: Vec<(Window, Values)>,
+}
+
 impl Recording {
-    /// The noise of channels in each part, with windows of so many samples; `sensors` says whether they are an array.
-    pub(crate) fn noise(
+    /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what
+    /// all channels read.
+    pub(crate) fn listen(
         &self,
         stream: usize,
-        channels: &[&Channel],
-        width: u64,
-        sensors: bool,
-    ) -> Result<ByNoise, RecordingError> {
+        widths: &[Vec<u64>],
+        progress: &mut Progress<'_>,
+    ) -> Result<(Vec<Vec<Vec<OfPart>>>, Signals), RecordingError> {
         let surveyed = &self.streams[stream];
-        if let Some(part) = surveyed.parts.iter().position(|part| part.samples < SHORTEST_PART * width) {
+        let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
+        let longest = widths.iter().flatten().max().copied().unwrap_or_default();
+        if let Some(part) = surveyed.parts.iter().position(|part| part.samples < SHORTEST_PART * longest) {
             let problem = format!("part {} has {} samples", part + 1, surveyed.parts[part].samples);
             let fault =
                 self.fault(stream, part, channels[0], None, problem, "parts of four windows at least");
             return Err(fault.into());
         }
-        let fresh = |part: usize| -> Vec<(Window, Values, Extremes)> {
-            let values = || Values::of(surveyed.parts[part].samples, width);
-            channels.iter().map(|_| (Window::new(width), values(), Extremes::default())).collect()
-        };
-        let mut found = ByNoise { parts: Vec::new(), rows: Vec::new(), warnings: Vec::new() };
+        let (mut signals, mut listeners) = (Signals::new(), Vec::new());
+        let mut parts = vec![Vec::new(); surveyed.parts.len()];
+        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
+            let of = &surveyed.parts[part];
+            if first == 0 {
+                let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
+                let fresh = |widths: &Vec<u64>| Listener {
+                    extremes: Extremes::default(),
+                    windows: widths.iter().map(windows).collect(),
+                };
+                listeners = widths.iter().map(fresh).collect();
+            }
+            let mut read = self.signals(stream, part, first, block[0].len());
+            for ((Listener { extremes, windows }, row), channel) in
+                listeners.iter_mut().zip(block).zip(&channels)
+            {
+                for (samples, record) in row.chunks(SignalRecord::MOST_SAMPLES as usize).zip(&mut read) {
+                    let [a, mean, b] = extremes.extend(samples).map(|stored| channel.si(stored));
+                    record.least.push(a.min(b));
+                    record.mean.push(mean);
+                    record.largest.push(a.max(b));
+                }
+                for (window, values) in windows {
+                    window.extend(row, u64::MAX);
+                    values.take(window);
+                }
+            }
+            if is_last {
+                let all = listeners.drain(..).map(|Listener { extremes, windows }| {
+                    windows
+                        .into_iter()
+                        .map(|(window, values)| OfPart::of(values, &extremes, window.width))
+                        .collect()
+                });
+                parts[part] = all.collect();
+            }
+            read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
+        })?;
+        Ok((parts, signals))
+    }
+
+    /// Adds the noise of some channels of a stream to what is found, and warnings: by channel, its number and the place of
+    /// its windows.
+    pub(crate) fn report(
+        &self,
+        stream: usize,
+        parts: &[Vec<Vec<OfPart>>],
+        channels: impl Iterator<Item = (usize, usize)> + Clone,
+        found: &mut Detected,
+    ) {
+        let (surveyed, grid) = (&self.streams[stream], self.time_grid());
+        let all: Vec<&Channel> = self.description.streams[stream].channels().collect();
+        let sensors = self.description.streams[stream].sensors.len();
         // What may be wrong with a channel of a part, with those that have it: told once for all.
         let mut flaws = [
             ("no noise", "a sensor that works; else name it in dead", Vec::new()),
             ("steps between numbers above the noise", "numbers with more digits", Vec::new()),
             ("events are too dense for the window", "a shorter window", Vec::new()),
         ];
-        let mut states = fresh(0);
-        self.pass(stream, channels, &mut |part, block, is_last| {
-            for ((window, values, extremes), row) in states.iter_mut().zip(block) {
-                extremes.extend(row);
-                window.extend(row, u64::MAX);
-                while let Some((index, step)) = window.next_step() {
-                    values.add(index, step);
-                }
-            }
-            if !is_last {
-                return Ok(());
-            }
-            let next = if part + 1 < surveyed.parts.len() { fresh(part + 1) } else { Vec::new() };
-            let mut of_part = Vec::new();
-            for (n, (_, values, extremes)) in std::mem::replace(&mut states, next).into_iter().enumerate() {
-                let scatter = values.scatter();
-                let noise = scatter.sigma * (width as f64 / 2.0).sqrt();
-                let clips = extremes.clips(noise);
+        for (at, of) in parts.iter().enumerate() {
+            for (n, which) in channels.clone() {
+                let OfPart { width: window, scatter, clips, is_coarse } = of[n][which];
                 for run in clips.iter().flatten() {
                     let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
                     let accepted = "a range that the signal does not leave";
-                    let fault = self.fault(stream, part, channels[n], Some(run.first), problem, accepted);
+                    let fault = self.fault(stream, at, all[n], Some(run.first), problem, accepted);
                     found.warnings.push(*fault.with(Some(run.value.to_string())));
                 }
-                let has = [scatter.sigma == 0.0, extremes.are_coarse(noise), scatter.is_dense];
+                let has = [scatter.sigma == 0.0, is_coarse, scatter.is_dense];
                 for ((.., with), _) in flaws.iter_mut().zip(has).filter(|(_, has)| *has) {
-                    with.push((part, n));
+                    with.push((at, n));
                 }
-                let scale = channels[n].scale;
-                let (median, sigma) = (scatter.median * scale, scatter.sigma * scale.abs());
-                let step = self.time_grid().nearest_step(surveyed.parts[part].first_s());
-                let (time_s, stream, window) = (self.time_grid().time_s(step), stream as u32 + 1, width);
-                let (part, clipped) = (part as u64 + 1, clips.iter().flatten().map(|run| run.clipped).sum());
-                found.rows.push(match sensors {
-                    true => {
-                        let sensor = n as u32 + 1;
-                        Row::new(Noise {
-                            step,
-                            time_s,
-                            stream,
-                            part,
-                            sensor,
-                            window,
-                            median,
-                            sigma,
-                            clipped,
-                            missing: 0,
-                        })
-                    }
-                    false => {
-                        let (median_n, sigma_n) = (median, sigma);
-                        Row::new(LoadNoise {
-                            step,
-                            time_s,
-                            stream,
-                            part,
-                            window,
-                            median_n,
-                            sigma_n,
-                            clipped,
-                            missing: 0,
-                        })
-                    }
+                let step = grid.nearest_step(surveyed.parts[at].first_s());
+                let (time_s, stream, part, missing) =
+                    (grid.time_s(step), stream as u32 + 1, at as u64 + 1, 0);
+                let (median, sigma) = (scatter.median * all[n].scale, scatter.sigma * all[n].scale.abs());
+                let clipped = clips.iter().flatten().map(|run| run.clipped).sum();
+                found.noise.push(if n < sensors {
+                    let sensor = n as u32 + 1;
+                    Row::new(Noise {
+                        step,
+                        time_s,
+                        stream,
+                        part,
+                        sensor,
+                        window,
+                        median,
+                        sigma,
+                        clipped,
+                        missing,
+                    })
+                } else {
+                    let (median_n, sigma_n) = (median, sigma);
+                    Row::new(LoadNoise {
+                        step,
+                        time_s,
+                        stream,
+                        part,
+                        window,
+                        median_n,
+                        sigma_n,
+                        clipped,
+                        missing,
+                    })
                 });
-                of_part.push(OfPart { scatter, clips: clips.map(|clip| clip.map(|run| run.value)) });
             }
-            found.parts.push(of_part);
-            Ok(())
-        })?;
+        }
         for (problem, accepted, with) in flaws {
             let Some((part, n)) = with.first().copied() else { continue };
-            let all = channels.len() * surveyed.parts.len();
-            let problem =
-                format!("{problem}, in part {} and in {} of {all} channels of parts", part + 1, with.len());
-            found.warnings.push(*self.fault(stream, part, channels[n], None, problem, accepted));
+            let all_parts = channels.clone().count() * parts.len();
+            let problem = format!(
+                "{problem}, in part {} and in {} of {all_parts} channels of parts",
+                part + 1,
+                with.len()
+            );
+            found.warnings.push(*self.fault(stream, part, all[n], None, problem, accepted));
         }
-        Ok(found)
     }
 
     /// What is wrong with a channel in a part, or with a sample of it.

@@ -179,6 +179,12 @@ impl Samples for Npy {
         Ok(count as usize)
     }
 
+    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize, RecordingError> {
+        let count = (most as u64).min(self.samples - self.next);
+        self.next += count;
+        Ok(count as usize)
+    }
+
     fn known_length(&self) -> Option<u64> {
         Some(self.samples)
     }

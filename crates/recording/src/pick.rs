@@ -39,12 +39,15 @@ pub(crate) struct Finder {
     pub(crate) window: Window,
     open: Option<Candidate>,
     closed: VecDeque<Candidate>,
+    /// Candidates of the other sign, and the last index of them.
+    pub(crate) others: u64,
+    last_other: u64,
 }
 
 impl Finder {
     pub(crate) fn new(search: Search) -> Finder {
         let window = Window::new(search.width);
-        Finder { search, window, open: None, closed: VecDeque::new() }
+        Finder { search, window, open: None, closed: VecDeque::new(), others: 0, last_other: 0 }
     }
 
     /// Adds samples, and passes on the ramps of candidates that are over, with the samples about them.
@@ -52,22 +55,29 @@ impl Finder {
         let Search { width, scatter, least, sign, .. } = self.search;
         let needed = self.closed.front().or(self.open.as_ref()).map_or(u64::MAX, |candidate| candidate.first);
         self.window.extend(samples, needed);
-        while let Some((i, step)) = self.window.next_step() {
+        let Finder { window, open, closed, others, last_other, .. } = self;
+        window.steps(u64::MAX, |i, step| {
             let size = sign * (step - scatter.median);
+            if size <= least && open.is_none() && size >= -least {
+                return;
+            }
             let has_ended = |open: &mut Candidate| {
                 i > open.last + width || size > least && i >= open.first + LONGEST * width
             };
-            if let Some(ended) = self.open.take_if(|open| has_ended(open)) {
-                self.closed.push_back(ended);
+            if let Some(ended) = open.take_if(|open| has_ended(open)) {
+                closed.push_back(ended);
             }
             if size > least {
-                let open = self.open.get_or_insert(Candidate { first: i, last: i, best: i, most: size });
+                let open = open.get_or_insert(Candidate { first: i, last: i, best: i, most: size });
                 open.last = i;
                 if size > open.most {
                     (open.best, open.most) = (i, size);
                 }
+            } else if size < -least {
+                *others += u64::from(*last_other == 0 || i > *last_other + width);
+                *last_other = i;
             }
-        }
+        });
         if is_last {
             self.closed.extend(self.open.take());
         }

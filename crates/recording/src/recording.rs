@@ -1,5 +1,10 @@
 //! A recording that is read: noise first, then steps, then the loads at their times.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::mpsc;
+use std::thread;
+
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
 };
@@ -7,12 +12,13 @@ use asperity_record::{
 use crate::arrival;
 use crate::description::{Channel, Description, Positive, Role, Stream};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::force::{Forces, Request, Rows, Side};
+use crate::force::{BEHIND, Forces, Loads, Request, Rows, Side};
 use crate::input::{Folder, Input};
-use crate::noise::ByNoise;
+use crate::noise::OfPart;
 use crate::pick::{Finder, Search};
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
+use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
 use crate::survey::{BLOCK, Part, Surveyed, survey};
 use crate::window::Scatter;
@@ -72,8 +78,98 @@ pub struct Detected {
     pub warnings: Vec<InputFault>,
     /// Load drops, in order.
     pub drops: Vec<LoadDrop>,
-    /// Step records, in order.
-    pub records: Vec<StepRecord>,
+    pub(crate) timeline: Timeline,
+    pub(crate) loads: Vec<Loads>,
+    pub(crate) signals: Vec<Signals>,
+    /// Samples per window of the sensors.
+    pub(crate) window: u64,
+    normal_load_n: f64,
+}
+
+impl Detected {
+    /// The step records, in order.
+    pub fn steps(&self) -> impl Iterator<Item = StepRecord> {
+        self.timeline.records(&self.loads, self.normal_load_n)
+    }
+}
+
+/// How far all passes over the samples have come.
+pub(crate) struct Progress<'a> {
+    /// Told how many samples were read, of how many; says whether to stop.
+    pub(crate) watch: &'a mut dyn FnMut(u64, u64) -> bool,
+    pub(crate) done: u64,
+    pub(crate) of: u64,
+}
+
+/// Reads parts of a stream from front to back.
+pub(crate) struct Source<'a> {
+    recording: &'a Recording,
+    stream: usize,
+    channels: Vec<&'a Channel>,
+    /// The file that is open, and its next sample.
+    open: Option<(usize, Box<dyn Samples>, u64)>,
+}
+
+impl Source<'_> {
+    /// Replaces the rows of a block by samples of a part, which do not lie before those read last.
+    fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
+        let Source { recording, stream, channels, open } = self;
+        let Part { file, from, .. } = recording.streams[*stream].parts[part];
+        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
+            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
+        }
+        let (_, source, next) = open.as_mut().expect("it was opened");
+        let (start, end) = (from + samples.start, from + samples.end);
+        while *next < end {
+            let is_ahead = *next < start;
+            let wanted = if is_ahead { (start - *next).min(BLOCK as u64) } else { end - start } as usize;
+            let count = if is_ahead { source.skip(wanted, block) } else { source.next(wanted, block) }?;
+            if count < wanted {
+                let problem = format!("{} samples fewer than before", wanted - count);
+                let accepted = "a file that does not change while it is read";
+                return Err(recording.fault(*stream, part, channels[0], None, problem, accepted).into());
+            }
+            *next += count as u64;
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of samples, whose beginnings ascend.
+pub(crate) struct Ranges<'a> {
+    source: Source<'a>,
+    part: usize,
+    first: u64,
+    kept: Block,
+    block: Block,
+}
+
+impl<'a> Ranges<'a> {
+    pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
+        let rows = vec![Vec::new(); channels.len()];
+        let source = Source { recording, stream, channels, open: None };
+        Ranges { source, part: 0, first: 0, kept: rows.clone(), block: rows }
+    }
+
+    /// Rows with a range of samples of a part.
+    pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>, RecordingError> {
+        let kept = self.kept[0].len() as u64;
+        let is_apart = part != self.part || samples.start >= self.first + kept;
+        // Rarely, so that the rest is seldom moved.
+        if is_apart || samples.start - self.first > kept / 2 {
+            let dropped = if is_apart { kept } else { samples.start - self.first };
+            self.kept.iter_mut().for_each(|row| drop(row.drain(..dropped as usize)));
+            (self.part, self.first) = (part, samples.start);
+        }
+        let end = self.first + self.kept[0].len() as u64;
+        if samples.end > end {
+            let of = &self.source.recording.streams[self.source.stream].parts[part];
+            let to = samples.end.max(end + BLOCK as u64).min(of.samples);
+            self.source.read(part, end..to, &mut self.block)?;
+            self.kept.iter_mut().zip(&self.block).for_each(|(kept, row)| kept.extend_from_slice(row));
+        }
+        Ok(Rows { first: self.first, rows: &self.kept })
+    }
 }
 
 impl Recording {
@@ -97,6 +193,15 @@ impl Recording {
         if !step_s.is_normal() || last_s / step_s > MOST_STEPS as f64 {
             return unfit(format!("{last_s} s in steps of {step_s} s"), "2^53 steps");
         }
+        for (n, stream) in recording.description.streams.iter().enumerate() {
+            let (parts, order) = (&recording.streams[n].parts, recording.order(n));
+            let overlap = |pair: &&[usize]| parts[pair[1]].first_s() <= parts[pair[0]].last_s();
+            if let Some([one, other]) = order.windows(2).find(overlap) {
+                let problem =
+                    format!("{}: parts {} and {} at the same time", stream.name(), one + 1, other + 1);
+                return unfit(problem, "parts of a stream one after the other");
+            }
+        }
         if let Some(sample_s) =
             recording.description.sample_s.filter(|sample_s| last_s / sample_s > MOST_SAMPLED)
         {
@@ -115,6 +220,14 @@ impl Recording {
         Ok(recording)
     }
 
+    /// The parts of a stream in order of time.
+    pub(crate) fn order(&self, stream: usize) -> Vec<usize> {
+        let parts = &self.streams[stream].parts;
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by(|a, b| parts[*a].first_s().total_cmp(&parts[*b].first_s()));
+        order
+    }
+
     /// First and last time of a stream, s.
     fn span(&self, stream: usize) -> [f64; 2] {
         let parts = &self.streams[stream].parts;
@@ -126,17 +239,15 @@ impl Recording {
         (0..self.streams.len()).map(|stream| self.span(stream))
     }
 
-    /// Length and hash of every file.
+    /// Length and hash of every file, by their paths.
     ///
     /// # Errors
     /// If one cannot be read.
-    pub fn inputs(&self) -> Result<Vec<Input>, RecordingError> {
+    pub fn inputs(&self) -> Result<BTreeMap<String, Input>, RecordingError> {
         let of_streams = self.streams.iter().flat_map(|stream| &stream.files);
         let starts = self.description.streams.iter().filter_map(|stream| stream.starts.as_ref());
-        let mut named: Vec<&String> = of_streams.chain(starts.map(|starts| &starts.file)).collect();
-        named.sort();
-        named.dedup();
-        named.into_iter().map(|named| self.folder.input(named)).collect()
+        let starts = starts.map(|starts| &starts.file);
+        of_streams.chain(starts).map(|named| Ok((named.clone(), self.folder.input(named)?))).collect()
     }
 
     /// Lines about the streams, for people.
@@ -156,15 +267,12 @@ impl Recording {
     }
 
     /// The header of the log, without code version and run id.
-    pub fn header(&self, inputs: &[Input]) -> RunHeader {
-        let Description { text, name, slider, detection, .. } = &self.description;
+    pub fn header(&self, inputs: &BTreeMap<String, Input>) -> RunHeader {
+        let Description { text, name, slider, .. } = &self.description;
         let x_m = self.description.positions_m();
-        let ends_m = [0.0].into_iter().chain(x_m.iter().copied()).chain([slider.length_m.0]);
-        let places_m: Vec<f64> = ends_m.collect();
-        let largest_gap_m = places_m.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());
-        for input in inputs {
+        for input in inputs.values() {
             hasher.update(input.blake3.as_bytes());
         }
         let time_grid = self.time_grid();
@@ -184,14 +292,7 @@ impl Recording {
             time_step_s: time_grid.step_s(),
             longest_stable_step_s: None,
             steps: self.last_step(),
-            // Arrivals are linked over the largest gap.
-            scales: Scales {
-                block_length_m: largest_gap_m,
-                block_time_s: largest_gap_m / slider.wave_speed_m_per_s(),
-                link_time_ratio: detection.link_time_ratio(),
-                modulus_n_per_m: slider.youngs_modulus_pa.0 * slider.width_m.0,
-                interfacial_stiffness_n_per_m: 0.0,
-            },
+            scales: self.scales(),
             sensors: Some(Sensors {
                 length_m: slider.length_m.0,
                 x_m,
@@ -199,6 +300,21 @@ impl Recording {
                 threshold: detection.threshold(),
                 least_step: detection.least_step.map_or(0.0, |step| step.0),
             }),
+        }
+    }
+
+    /// Arrivals are linked over the largest gap.
+    fn scales(&self) -> Scales {
+        let Description { slider, detection, .. } = &self.description;
+        let x_m = self.description.positions_m();
+        let places_m = [&[0.0], &x_m[..], &[slider.length_m.0]].concat();
+        let largest_gap_m = places_m.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        Scales {
+            block_length_m: largest_gap_m,
+            block_time_s: largest_gap_m / slider.wave_speed_m_per_s(),
+            link_time_ratio: detection.link_time_ratio(),
+            modulus_n_per_m: slider.youngs_modulus_pa.0 * slider.width_m.0,
+            interfacial_stiffness_n_per_m: 0.0,
         }
     }
 
@@ -220,43 +336,62 @@ impl Recording {
         TimeGrid::new(self.step_s())
     }
 
-    /// Passes the samples of some channels to `visit`, block by block, with the part and whether it is its last block.
+    pub(crate) fn normal_load_n(&self) -> f64 {
+        self.description.slider.normal_force_n.map_or(1.0, |load| load.0)
+    }
+
+    /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
+    /// there, and whether they are its last. Another thread reads ahead.
     pub(crate) fn pass(
         &self,
         stream: usize,
         channels: &[&Channel],
-        visit: &mut dyn FnMut(usize, &Block, bool) -> Result<(), RecordingError>,
+        progress: &mut Progress<'_>,
+        visit: &mut dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError>,
     ) -> Result<(), RecordingError> {
-        let (of, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
-        let mut block = vec![Vec::new(); channels.len()];
-        let mut open: Option<(usize, Box<dyn Samples>)> = None;
-        for (part, Part { file, samples, .. }) in surveyed.parts.iter().enumerate() {
-            if open.as_ref().is_none_or(|(opened, _)| opened != file) {
-                open = Some((*file, self.samples(of, surveyed, *file, channels)?));
-            }
-            let (_, source) = open.as_mut().expect("it was opened");
-            let mut left = *samples;
-            while left > 0 {
-                let count = source.next(BLOCK.min(left as usize), &mut block)? as u64;
-                if count == 0 {
-                    let problem = format!("{left} samples fewer than before");
-                    let accepted = "a file that does not change while it is read";
-                    return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
+        let parts = &self.streams[stream].parts;
+        let (send, blocks) = mpsc::sync_channel(1);
+        let (send_back, used) = mpsc::channel::<Block>();
+        let read = move || {
+            let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
+            let blocks_of = |n: usize| {
+                let samples = parts[n].samples;
+                (0..samples).step_by(BLOCK).map(move |first| (n, first, samples.min(first + BLOCK as u64)))
+            };
+            for (part, first, end) in self.order(stream).into_iter().flat_map(blocks_of) {
+                let mut block = used.try_recv().unwrap_or_else(|_| vec![Vec::new(); channels.len()]);
+                let read = source.read(part, first..end, &mut block).map(|()| (part, first, block));
+                let has_failed = read.is_err();
+                // Nobody waits for it once a visit has failed.
+                if send.send(read).is_err() || has_failed {
+                    return;
                 }
-                left -= count;
-                visit(part, &block, left == 0)?;
             }
-        }
-        Ok(())
+        };
+        thread::scope(move |scope| {
+            scope.spawn(read);
+            for next in blocks {
+                let (part, first, block) = next?;
+                let count = block[0].len() as u64;
+                visit(part, first, &block, first + count == parts[part].samples)?;
+                progress.done += count;
+                if (progress.watch)(progress.done, progress.of) {
+                    return Err(RecordingError::Interrupted);
+                }
+                // The reader may be done.
+                send_back.send(block).ok();
+            }
+            Ok(())
+        })
     }
 
     fn samples(
         &self,
-        stream: &Stream,
-        surveyed: &Surveyed,
+        stream: usize,
         file: usize,
         channels: &[&Channel],
     ) -> Result<Box<dyn Samples>, RecordingError> {
+        let (stream, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
         let columns = channels.iter().map(|channel| channel.column.clone());
         match &stream.time {
             Some(time) if stream.resample.is_some() => {
@@ -269,41 +404,71 @@ impl Recording {
         }
     }
 
-    /// Finds steps, load drops and loads.
+    /// Finds steps, load drops and loads. `watch` is told how many samples were read, of how many in all passes, and says
+    /// whether to stop.
     ///
     /// # Errors
-    /// If a file cannot be read, or holds something other than finite numbers.
-    pub fn detect(&self) -> Result<Detected, RecordingError> {
-        let time_grid = self.time_grid();
-        let mut found =
-            Detected { noise: Vec::new(), warnings: Vec::new(), drops: Vec::new(), records: Vec::new() };
-        let mut steps = Vec::new();
-        if let (Some(stream), Some(role)) = (self.description.contacts, self.description.contact_role()) {
-            steps = self.steps(stream, role, &mut found)?;
-        }
+    /// If a file cannot be read, or holds something other than finite numbers, or it is stopped.
+    pub fn detect(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
+        let Description { contacts, forces, detection, .. } = &self.description;
+        let samples = |stream: usize| self.streams[stream].parts.iter().map(|part| part.samples).sum::<u64>();
+        let again = contacts.iter().chain(forces);
+        let of = (0..self.streams.len()).chain(again.copied()).map(samples).sum();
+        let mut progress = Progress { watch, done: 0, of };
+        let window = match (detection.window_s, contacts) {
+            (Some(window_s), Some(stream)) => width(window_s, &self.streams[*stream]),
+            _ => WINDOW,
+        };
+        let role = self.description.contact_role();
         let sample_s = self.description.sample_s.unwrap_or(self.last_s() / SAMPLED);
-        let are_slips = self.description.contact_role() == Some(Role::Slip);
-        let timeline = Timeline::of(steps, are_slips, time_grid, self.last_step(), sample_s);
-        let forces = match self.description.forces {
-            Some(stream) => Some((stream, self.forces(stream, &mut found)?)),
-            None => None,
+        let timeline = |steps| {
+            Timeline::of(steps, role == Some(Role::Slip), self.time_grid(), self.last_step(), sample_s)
         };
-        let loads = match &forces {
-            Some((stream, forces)) => {
-                let wanted: Vec<(f64, Side)> = timeline.wanted().collect();
-                let requests = wanted.iter().map(|(time_s, side)| forces.near(*time_s, *side)).collect();
-                let mut loads = vec![None; wanted.len()];
-                self.gather(*stream, requests, &mut |n, request, rows| {
-                    let (time_s, side) = wanted[n];
-                    loads[n] = Some(forces.loads(time_s, side, request, rows));
-                })?;
-                loads.into_iter().flatten().collect()
+        let mut found = Detected {
+            noise: Vec::new(),
+            warnings: Vec::new(),
+            drops: Vec::new(),
+            timeline: timeline(Vec::new()),
+            loads: Vec::new(),
+            signals: Vec::new(),
+            window,
+            normal_load_n: self.normal_load_n(),
+        };
+        let (mut steps, mut of_drops) = (Vec::new(), None);
+        for (stream, of) in self.description.streams.iter().enumerate() {
+            let is = |which: &Option<usize>| *which == Some(stream);
+            let widths_of = |channel: &Channel, n: usize| match channel.role {
+                _ if n < of.sensors.len() => {
+                    if is(contacts) {
+                        vec![window]
+                    } else {
+                        Vec::new()
+                    }
+                }
+                Role::TangentialForce => self.force_widths(stream),
+                _ => Vec::new(),
+            };
+            let widths: Vec<Vec<u64>> =
+                of.channels().zip(0..).map(|(channel, n)| widths_of(channel, n)).collect();
+            let (parts, signals) = self.listen(stream, &widths, &mut progress)?;
+            found.signals.push(signals);
+            if let Some(role) = role.filter(|_| is(contacts)) {
+                self.report(stream, &parts, (0..of.sensors.len()).map(|n| (n, 0)), &mut found);
+                steps = self.steps(stream, role, &parts, &mut progress, &mut found)?;
             }
-            None => Vec::new(),
-        };
-        found.records =
-            timeline.records(&loads, self.description.slider.normal_force_n.map_or(1.0, |load| load.0));
+            if is(forces) {
+                let channel = widths.iter().rposition(|widths| !widths.is_empty()).expect("that of F_T");
+                let (which, of_stream) = self.forces(stream, channel, &parts, &mut progress)?;
+                self.report(stream, &parts, [(channel, which)].into_iter(), &mut found);
+                of_drops = Some((stream, of_stream));
+            }
+        }
         found.noise.sort_by_key(|noise| noise.step);
+        found.timeline = timeline(steps);
+        if let Some((stream, mut forces)) = of_drops {
+            found.drops = std::mem::take(&mut forces.drops);
+            found.loads = self.loads(stream, &forces, &found.timeline)?;
+        }
         Ok(found)
     }
 
@@ -312,81 +477,97 @@ impl Recording {
         &self,
         stream: usize,
         role: Role,
+        noise: &[Vec<Vec<OfPart>>],
+        progress: &mut Progress<'_>,
         found: &mut Detected,
     ) -> Result<Vec<SensorStep>, RecordingError> {
         let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let channels: Vec<&Channel> = self.description.streams[stream].sensors.iter().collect();
-        let width = detection.window_s.map_or(WINDOW, |window_s| width(window_s, surveyed));
-        let noise = self.noise(stream, &channels, width, true)?;
         let search = |part: usize, n: usize| {
-            let (channel, scatter) = (channels[n], noise.parts[part][n].scatter);
-            let least = least(
-                detection.threshold(),
-                &scatter,
-                detection.least_step.map_or(0.0, |step| step.0) / channel.factor.0.abs(),
-            );
-            let sign = role.sign() * channel.factor.0.signum();
-            Search { width, scatter, least, sign, is_force: false }
+            let (channel, OfPart { width, scatter, .. }) = (channels[n], noise[part][n][0]);
+            let given = detection.least_step.map_or(0.0, |step| step.0) / channel.factor.0.abs();
+            let least = least(detection.threshold(), &scatter, given);
+            Search { width, scatter, least, sign: role.sign() * channel.factor.0.signum(), is_force: false }
         };
-        let fresh = |part: usize| -> Vec<Finder> {
-            (0..channels.len()).map(|n| Finder::new(search(part, n))).collect()
-        };
-        let mut finders = fresh(0);
-        let mut steps = Vec::new();
-        self.pass(stream, &channels, &mut |part, block, is_last| {
+        let mut finders: Vec<Finder> = Vec::new();
+        let mut steps: Vec<SensorStep> = Vec::new();
+        // Steps of each sensor, and those of the other sign.
+        let (mut counts, mut others) = (vec![0_u64; channels.len()], 0);
+        let mut before = 0;
+        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
             let of = &surveyed.parts[part];
+            if first == 0 {
+                finders = (0..channels.len()).map(|n| Finder::new(search(part, n))).collect();
+            }
             for (n, (finder, row)) in finders.iter_mut().zip(block).enumerate() {
-                let (search, scale) = (search(part, n), channels[n].scale);
+                let (of_part, scale) = (&noise[part][n][0], channels[n].scale);
                 finder.extend(row, is_last, &mut |window, ramp| {
-                    if noise.parts[part][n].touches_clips(window, &ramp) {
+                    if of_part.touches_clips(window, &ramp) {
                         return;
                     }
-                    let noise = search.scatter.sigma * (width as f64 / 2.0).sqrt();
+                    let OfPart { width, scatter, .. } = of_part;
+                    counts[n] += 1;
                     steps.push(SensorStep {
                         sensor: n as u32 + 1,
-                        arrival_s: of.time_s(arrival::arrival(window, &ramp, width, role)),
+                        arrival_s: of.time_s(arrival::arrival(window, &ramp, *width, role)),
                         stop_s: of.time_s(ramp.end),
-                        error_s: arrival::error(&ramp, noise, role) * surveyed.interval_s,
+                        error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
                         size: ramp.size * scale,
-                        size_error: search.scatter.sigma * scale.abs(),
+                        size_error: scatter.sigma * scale.abs(),
                     });
                 });
             }
-            if is_last && part + 1 < surveyed.parts.len() {
-                finders = fresh(part + 1);
+            if is_last {
+                others += finders.iter().map(|finder| finder.others).sum::<u64>();
+                let by_time = |a: &SensorStep, b: &SensorStep| {
+                    a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
+                };
+                // Parts do not overlap, but an arrival may lie before its part by rounding.
+                steps[before..].sort_by(by_time);
+                before = steps.len();
             }
             Ok(())
         })?;
-        found.noise.extend(noise.rows);
-        found.warnings.extend(noise.warnings);
-        steps.sort_by(|a, b| a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor)));
+        self.warn(stream, role, &counts, others, found);
         Ok(steps)
     }
 
-    /// The forces, with their load drops among what is found.
-    fn forces(&self, stream: usize, found: &mut Detected) -> Result<Forces<'_>, RecordingError> {
-        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
-        let shortest = surveyed.parts.iter().map(|part| part.samples).min().unwrap_or_default();
-        let widths: Vec<u64> = match detection.force_window_s {
-            Some(window_s) => vec![width(window_s, surveyed)],
-            None => {
-                let fits = |width: &u64| *width == LEAST_WINDOW || shortest >= SHORTEST_PART * width;
-                FORCE_WINDOWS.into_iter().filter(fits).collect()
-            }
+    /// Warns of what makes steps of an array doubtful, given how many each sensor has, and how many had the other sign.
+    fn warn(&self, stream: usize, role: Role, counts: &[u64], others: u64, found: &mut Detected) {
+        /// Steps of both neighbours without which one may be dead.
+        const MANY: u64 = 20;
+        let (sensors, interval_s) =
+            (&self.description.streams[stream].sensors, self.streams[stream].interval_s);
+        let scales = self.scales();
+        let mut warn = |n: usize, problem: String, accepted| {
+            found.warnings.push(*self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
-        let mut tried = Vec::new();
-        for width in widths {
-            let (forces, noise) = self.forces_by(stream, width)?;
-            let drops = self.drops(stream, &forces)?;
-            tried.push((forces, noise, drops));
+        for n in 1..counts.len().max(1) - 1 {
+            if counts[n] == 0 && counts[n - 1].min(counts[n + 1]) >= MANY {
+                let problem = format!(
+                    "no step, where the sensors beside it have {} and {}",
+                    counts[n - 1],
+                    counts[n + 1]
+                );
+                warn(n, problem, "a sensor that works; else name it in dead");
+            }
         }
-        let most = tried.iter().map(|(.., drops)| drops.len()).max().unwrap_or_default() as f64;
-        let chosen = tried.iter().rposition(|(.., drops)| drops.len() as f64 >= SHARE_OF_DROPS * most);
-        let (forces, noise, drops) = tried.swap_remove(chosen.expect("that with the most is one"));
-        found.noise.extend(noise.rows);
-        found.warnings.extend(noise.warnings);
-        found.drops = drops;
-        Ok(forces)
+        let all: u64 = counts.iter().sum();
+        if matches!(role, Role::ShearForce | Role::ShearStrain) && all > 0 && others >= all {
+            let problem = format!("{others} steps of the other sign, beside {all} that fall");
+            warn(0, problem, "extents by slip or area: gauges see a detachment only where shear falls");
+        }
+        let window_s = found.window as f64 * interval_s;
+        if window_s > scales.link_s() {
+            let problem =
+                format!("a window of {window_s:.3e} s, where {:.3e} s part ruptures", scales.link_s());
+            warn(0, problem, "a shorter window, or a larger link_time_ratio");
+        }
+        if interval_s > scales.block_time_s {
+            let problem =
+                format!("an interval of {interval_s:.3e} s, in which a wave passes the largest gap");
+            warn(0, problem, "faster sampling, for speeds of fronts");
+        }
     }
 
     /// Channels of `F_T`, and of `F_N` and the load point if they are recorded, with their places among those.
@@ -400,108 +581,98 @@ impl Recording {
         (channels, places)
     }
 
-    /// The ramps of `F_T` by windows of so many samples.
-    fn forces_by(&self, stream: usize, width: u64) -> Result<(Forces<'_>, ByNoise), RecordingError> {
-        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
+    /// The windows of which that of the forces is chosen.
+    fn force_widths(&self, stream: usize) -> Vec<u64> {
+        let surveyed = &self.streams[stream];
+        let shortest = surveyed.parts.iter().map(|part| part.samples).min().unwrap_or_default();
+        let fits = |width: &u64| *width == LEAST_WINDOW || shortest >= SHORTEST_PART * width;
+        match self.description.detection.force_window_s {
+            Some(window_s) => vec![width(window_s, surveyed)],
+            None => FORCE_WINDOWS.into_iter().filter(fits).collect(),
+        }
+    }
+
+    /// The forces and their load drops, and which of the windows they are by; given the noise of `F_T`, a channel of the
+    /// stream.
+    fn forces(
+        &self,
+        stream: usize,
+        channel: usize,
+        noise: &[Vec<Vec<OfPart>>],
+        progress: &mut Progress<'_>,
+    ) -> Result<(usize, Forces<'_>), RecordingError> {
+        let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
         let (channels, rows) = self.force_channels(stream);
-        let noise = self.noise(stream, &channels[..1], width, false)?;
         let scale = channels[0].scale;
-        let searches: Vec<Search> = noise
-            .parts
-            .iter()
-            .map(|channels| {
-                let scatter = channels[0].scatter;
-                let least = least(
-                    detection.threshold(),
-                    &scatter,
-                    detection.least_drop_n.map_or(0.0, |drop| drop.0) / scale.abs(),
-                );
-                Search { width, scatter, least, sign: -scale.signum(), is_force: true }
-            })
-            .collect();
-        let mut ramps = vec![Vec::new(); surveyed.parts.len()];
-        let mut finder = Finder::new(searches[0]);
-        let mut at = 0;
-        self.pass(stream, &channels, &mut |part, block, is_last| {
+        let by_width = |which: usize| {
+            let noise: Vec<OfPart> = noise.iter().map(|of| of[channel][which]).collect();
+            let search = |OfPart { width, scatter, .. }: &OfPart| {
+                let given = detection.least_drop_n.map_or(0.0, |drop| drop.0) / scale.abs();
+                let least = least(detection.threshold(), scatter, given);
+                Search { width: *width, scatter: *scatter, least, sign: -scale.signum(), is_force: true }
+            };
+            let searches: Vec<Search> = noise.iter().map(search).collect();
+            Forces {
+                parts,
+                ramps: vec![Vec::new(); parts.len()],
+                finder: Finder::new(searches[0]),
+                searches,
+                channels: channels.clone(),
+                rows,
+                normal_force_n: self.description.slider.normal_force_n.map(|load| load.0),
+                noise,
+                drops: Vec::new(),
+                judged: 0,
+            }
+        };
+        let mut tried: Vec<Forces<'_>> = (0..noise[0][channel].len()).map(by_width).collect();
+        let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
+        let mut kept = vec![Vec::new(); channels.len()];
+        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
             let unloaded = |row: usize| {
                 let n = block[row].iter().position(|stored| channels[row].si(*stored) <= 0.0)?;
                 let problem = "a normal force that is not above 0".to_owned();
-                let fault =
-                    self.fault(stream, part, channels[row], Some(at + n as u64), problem, "a load above 0 N");
+                let sample = Some(first + n as u64);
+                let fault = self.fault(stream, part, channels[row], sample, problem, "a load above 0 N");
                 Some(fault.with(Some(block[row][n].to_string())))
             };
             if let Some(fault) = rows[1].and_then(unloaded) {
                 return Err(fault.into());
             }
-            finder.extend(&block[0], is_last, &mut |window, ramp| {
-                if !noise.parts[part][0].touches_clips(window, &ramp) {
-                    ramps[part].push(ramp);
-                }
-            });
-            at += block[0].len() as u64;
-            if is_last {
-                at = 0;
-                finder = Finder::new(searches[(part + 1).min(searches.len() - 1)]);
+            for (kept, row) in kept.iter_mut().zip(block) {
+                let needed = if first == 0 { 0 } else { (BEHIND * longest) as usize };
+                kept.drain(..kept.len().saturating_sub(needed));
+                kept.extend_from_slice(row);
             }
+            let rows = Rows { first: first + block[0].len() as u64 - kept[0].len() as u64, rows: &kept };
+            tried.iter_mut().for_each(|forces| forces.extend(part, first, &rows, is_last));
             Ok(())
         })?;
-        let normal_force_n = self.description.slider.normal_force_n.map(|load| load.0);
-        Ok((Forces { parts: &surveyed.parts, ramps, searches, channels, rows, normal_force_n }, noise))
+        let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;
+        let chosen = tried.iter().rposition(|forces| forces.drops.len() as f64 >= SHARE_OF_DROPS * most);
+        let chosen = chosen.expect("that with the most is one");
+        Ok((chosen, tried.swap_remove(chosen)))
     }
 
-    fn drops(&self, stream: usize, forces: &Forces<'_>) -> Result<Vec<LoadDrop>, RecordingError> {
-        let all = forces.ramps.iter().enumerate();
-        let ramps: Vec<(usize, usize)> =
-            all.flat_map(|(part, of)| (0..of.len()).map(move |n| (part, n))).collect();
-        let mut found: Vec<Option<LoadDrop>> = vec![None; ramps.len()];
-        self.gather(stream, forces.requests(), &mut |n, _, rows| {
-            let (part, ramp) = ramps[n];
-            found[n] = forces.drop(part, ramp, rows);
-        })?;
-        let mut drops: Vec<LoadDrop> = found.into_iter().flatten().collect();
-        for n in 0..drops.len() {
-            drops[n].drop = n as u64;
-            if let Some(before) = n.checked_sub(1).filter(|before| drops[*before].part == drops[n].part) {
-                drops[n].recurrence_s = Some(drops[n].onset_s - drops[before].onset_s);
-            }
-        }
-        Ok(drops)
-    }
-
-    /// Reads the forces once, and passes the samples of each request to `visit`, with its number.
-    fn gather(
+    /// The loads of all records.
+    fn loads(
         &self,
         stream: usize,
-        requests: Vec<Request>,
-        visit: &mut dyn FnMut(usize, &Request, &Rows<'_>),
-    ) -> Result<(), RecordingError> {
-        let (channels, _) = self.force_channels(stream);
-        let mut order: Vec<usize> = (0..requests.len()).collect();
-        order.sort_by_key(|n| (requests[*n].part, requests[*n].samples.end));
-        // The first sample that a request or one behind it needs.
-        let mut needed = vec![u64::MAX; order.len() + 1];
-        for (at, n) in order.iter().enumerate().rev() {
-            let is_of_next = order.get(at + 1).is_some_and(|next| requests[*next].part == requests[*n].part);
-            needed[at] = requests[*n].samples.start.min(if is_of_next { needed[at + 1] } else { u64::MAX });
+        forces: &Forces<'_>,
+        timeline: &Timeline,
+    ) -> Result<Vec<Loads>, RecordingError> {
+        let request =
+            |(n, (time_s, side)): (usize, (f64, Side))| (forces.near(time_s, side), n, time_s, side);
+        let mut requests: Vec<(Request, usize, f64, Side)> =
+            timeline.wanted().enumerate().map(request).collect();
+        requests.sort_by_key(|(request, n, ..)| (request.part, request.samples.start, *n));
+        let mut ranges = Ranges::new(self, stream, self.force_channels(stream).0);
+        let mut loads = Vec::with_capacity(requests.len());
+        for (request, n, time_s, side) in requests {
+            let rows = ranges.rows(request.part, &request.samples)?;
+            loads.push((n, forces.loads(time_s, side, &request, &rows)));
         }
-        let (mut kept, mut first, mut at) = (vec![Vec::new(); channels.len()], 0_u64, 0);
-        self.pass(stream, &channels, &mut |part, block, is_last| {
-            kept.iter_mut().zip(block).for_each(|(kept, row)| kept.extend_from_slice(row));
-            let end = first + kept[0].len() as u64;
-            while let Some(n) =
-                order.get(at).filter(|n| requests[**n].part == part && requests[**n].samples.end <= end)
-            {
-                visit(*n, &requests[*n], &Rows { first, rows: &kept });
-                at += 1;
-            }
-            let is_of_part = order.get(at).is_some_and(|n| requests[*n].part == part);
-            let from = if is_of_part { needed[at].clamp(first, end) } else { end };
-            kept.iter_mut().for_each(|row| drop(row.drain(..(from - first) as usize)));
-            first = if is_last { 0 } else { from };
-            if is_last {
-                kept.iter_mut().for_each(Vec::clear);
-            }
-            Ok(())
-        })
+        loads.sort_unstable_by_key(|(n, _)| *n);
+        Ok(loads.into_iter().map(|(_, loads)| loads).collect())
     }
 }

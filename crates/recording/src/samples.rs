@@ -10,12 +10,20 @@ pub type Block = Vec<Vec<f64>>;
 /// Samples of some channels, read once from front to back. Files are one source of them; an array in memory is
 /// another.
 pub trait Samples {
-    /// Replaces the rows of a block by the next samples, at most so many of each channel. Returns how many, 0 at the
+    /// Replaces the rows of a block by the next samples, so many of each channel. Returns how many: fewer only at the
     /// end.
     ///
     /// # Errors
     /// If the source cannot be read, or holds something other than numbers.
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError>;
+
+    /// Passes over so many samples, for which it may use the block. Returns as [`Samples::next`] does.
+    ///
+    /// # Errors
+    /// As that.
+    fn skip(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
+        self.next(most, block)
+    }
 
     /// How many samples each channel has, if that is known before all have been read.
     fn known_length(&self) -> Option<u64>;

@@ -20,11 +20,29 @@ pub(crate) struct SensorStep {
     pub(crate) size_error: f64,
 }
 
+/// What a sensor does between two steps of the grid.
+#[derive(Debug, Clone, Copy)]
+struct Slide {
+    sensor: u32,
+    begin: u64,
+    end: u64,
+    /// Where it was at the beginning.
+    displacement_m: f64,
+    measured: Measured,
+}
+
+/// The beginning or the end of a slide: its step, the sensor, and the number of the slide.
+type Turn = (u64, u32, u32);
+
 /// The steps of the grid that have a record.
 #[derive(Debug)]
 pub(crate) struct Timeline {
     grid: TimeGrid,
-    switches: BTreeMap<u64, Vec<Switch>>,
+    are_slips: bool,
+    slides: Vec<Slide>,
+    turns: Vec<Turn>,
+    /// Of all records.
+    steps: Vec<u64>,
 }
 
 impl Timeline {
@@ -37,59 +55,75 @@ impl Timeline {
         last: u64,
         sample_s: f64,
     ) -> Timeline {
-        let mut of_sensors: BTreeMap<u32, Vec<(u64, u64, SensorStep)>> = BTreeMap::new();
-        for step in steps {
-            let begin = grid.nearest_step(step.arrival_s).max(2);
-            let end = grid.nearest_step(step.stop_s).max(begin + 1);
-            let before = of_sensors.entry(step.sensor).or_default();
-            match before.last_mut() {
+        let mut slides: Vec<Slide> = Vec::with_capacity(steps.len());
+        let mut last_of: BTreeMap<u32, usize> = BTreeMap::new();
+        for SensorStep { sensor, arrival_s, stop_s, error_s, size, size_error } in steps {
+            let begin = grid.nearest_step(arrival_s).max(2);
+            let end = grid.nearest_step(stop_s).max(begin + 1);
+            let before = last_of.get(&sensor).map(|n| &mut slides[*n]);
+            let displacement_m = match before {
                 // It goes on.
-                Some((_, stop, first)) if begin <= *stop => {
-                    *stop = end.max(*stop);
-                    first.size += step.size;
+                Some(before) if begin <= before.end => {
+                    before.end = end.max(before.end);
+                    before.measured.step += size;
+                    continue;
                 }
-                _ => before.push((begin, end, step)),
-            }
+                Some(before) if are_slips => before.displacement_m + before.measured.step,
+                _ => 0.0,
+            };
+            last_of.insert(sensor, slides.len());
+            let measured = Measured { error_s, step: size, step_error: size_error };
+            slides.push(Slide { sensor, begin, end, displacement_m, measured });
         }
-        let mut switches: BTreeMap<u64, Vec<Switch>> = BTreeMap::new();
-        for (sensor, steps) in of_sensors {
-            let mut displacement_m = 0.0;
-            for (begin, end, SensorStep { error_s, size, size_error, .. }) in steps {
-                let measured = Measured { error_s, step: size, step_error: size_error };
-                let detach = switch(sensor, Direction::Detach, displacement_m, measured);
-                displacement_m += if are_slips { size } else { 0.0 };
-                let attach = switch(sensor, Direction::Attach, displacement_m, measured);
-                // A switch takes effect from the next step.
-                switches.entry(begin - 1).or_default().push(detach);
-                switches.entry(end - 1).or_default().push(attach);
-            }
-        }
+        // A switch takes effect from the next step.
+        let of_slide = |(n, slide): (u32, &Slide)| {
+            [(slide.begin - 1, slide.sensor, n), (slide.end - 1, slide.sensor, n)]
+        };
+        let mut turns: Vec<Turn> = (0..).zip(&slides).flat_map(of_slide).collect();
+        turns.sort_unstable();
+        let sampled = (1..).map(|n| grid.nearest_step(n as f64 * sample_s)).take_while(|step| *step < last);
+        let mut timeline = Timeline { grid, are_slips, slides, turns, steps: Vec::new() };
+        let mut steps: Vec<u64> = timeline.turns.iter().map(|(step, ..)| *step).collect();
         // The first and the last step of each slip event, and the samples.
-        let (mut sliding, mut others) = (0_i64, Vec::new());
-        for (step, turns) in &switches {
-            let detached = i64::from(detaching(turns));
-            let change = 2 * detached - turns.len() as i64;
+        let mut sliding = 0_i64;
+        for turns in timeline.turns.chunk_by(|a, b| a.0 == b.0) {
+            let change = 2 * i64::from(timeline.detaching(turns)) - turns.len() as i64;
             if sliding == 0 || sliding + change == 0 {
-                others.push(step + 1);
+                steps.push(turns[0].0 + 1);
             }
             sliding += change;
         }
-        let sampled = (1..).map(|n| grid.nearest_step(n as f64 * sample_s)).take_while(|step| *step < last);
-        for step in others.into_iter().chain(sampled.filter(|step| *step > 0)).chain([last]) {
-            switches.entry(step).or_default();
-        }
-        Timeline { grid, switches }
+        steps.extend(sampled.filter(|step| *step > 0).chain([last]));
+        steps.sort_unstable();
+        steps.dedup();
+        timeline.steps = steps;
+        timeline
+    }
+
+    /// How many sensors begin to slide.
+    fn detaching(&self, turns: &[Turn]) -> u32 {
+        turns.iter().filter(|(step, _, n)| self.slides[*n as usize].begin == step + 1).count() as u32
+    }
+
+    /// All records: their steps, and who turns there.
+    fn turns(&self) -> impl Iterator<Item = (u64, &[Turn])> {
+        let mut left = &self.turns[..];
+        self.steps.iter().map(move |step| {
+            let (now, later) = left.split_at(left.iter().take_while(|(at, ..)| at == step).count());
+            left = later;
+            (*step, now)
+        })
     }
 
     /// The times at which loads are wanted, with the samples that tell them, in the order of the records.
     pub(crate) fn wanted(&self) -> impl Iterator<Item = (f64, Side)> {
         let mut last: Option<(u64, Side)> = None;
-        self.switches.iter().map(move |(&step, turns)| {
-            let detaches = detaching(turns) > 0;
+        self.turns().map(move |(step, turns)| {
             // The step behind a switch has its loads.
             let (at, side) = match last {
                 Some((before, side)) if before + 1 == step && turns.is_empty() => (before, side),
-                _ => (step, if detaches || turns.is_empty() { Side::Before } else { Side::Behind }),
+                _ if self.detaching(turns) > 0 || turns.is_empty() => (step, Side::Before),
+                _ => (step, Side::Behind),
             };
             last = Some((step, side));
             (self.grid.time_s(at), side)
@@ -97,13 +131,12 @@ impl Timeline {
     }
 
     /// The records, with the loads that were wanted; of a recording without forces there are none.
-    pub(crate) fn records(self, loads: &[Loads], normal_load_n: f64) -> Vec<StepRecord> {
+    pub(crate) fn records(&self, loads: &[Loads], normal_load_n: f64) -> impl Iterator<Item = StepRecord> {
         let without = Loads { driving_force_n: 0.0, normal_load_n, ratio_error: None };
         let mut sliding = 0;
-        let records = self.switches.into_iter().enumerate().map(|(n, (step, mut turns))| {
-            turns.sort_by_key(|turn| turn.block);
+        self.turns().enumerate().map(move |(n, (step, turns))| {
             let loads = loads.get(n).copied().unwrap_or(without);
-            let detached = detaching(&turns);
+            let detached = self.detaching(turns);
             let attached = turns.len() as u32 - detached;
             let record = StepRecord {
                 step,
@@ -116,32 +149,28 @@ impl Timeline {
                 junctions: None,
                 peak_velocity_m_per_s: None,
                 sliding,
-                switches: turns,
+                switches: turns.iter().map(|turn| self.switch(*turn)).collect(),
             };
             sliding = sliding + detached - attached;
             record
-        });
-        records.collect()
+        })
     }
-}
 
-/// How many sensors begin to slide.
-fn detaching(switches: &[Switch]) -> u32 {
-    switches.iter().filter(|switch| switch.direction == Direction::Detach).count() as u32
-}
-
-/// A switch of which only the time, the displacement and the step are measured; the rest is 0.
-fn switch(block: u32, direction: Direction, displacement_m: f64, measured: Measured) -> Switch {
-    Switch {
-        block,
-        direction,
-        displacement_m,
-        velocity_m_per_s: 0.0,
-        tangential_force_n: 0.0,
-        stick_position_m: 0.0,
-        threshold_n: 0.0,
-        junctions_slipping: None,
-        across: None,
-        measured: Some(measured),
+    /// A switch of which only the time, the displacement and the step are measured; the rest is 0.
+    fn switch(&self, (step, block, n): Turn) -> Switch {
+        let Slide { begin, displacement_m, measured, .. } = self.slides[n as usize];
+        let detaches = begin == step + 1;
+        Switch {
+            block,
+            direction: if detaches { Direction::Detach } else { Direction::Attach },
+            displacement_m: displacement_m + if self.are_slips && !detaches { measured.step } else { 0.0 },
+            velocity_m_per_s: 0.0,
+            tangential_force_n: 0.0,
+            stick_position_m: 0.0,
+            threshold_n: 0.0,
+            junctions_slipping: None,
+            across: None,
+            measured: Some(measured),
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
 
+use asperity_record::SignalRecord;
+
 use crate::description::{Gaps, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::input::Folder;
@@ -7,8 +9,8 @@ use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
-/// Samples that are read at once.
-pub(crate) const BLOCK: usize = 1 << 14;
+/// Samples that are read at once: of whole messages of `/signal`.
+pub(crate) const BLOCK: usize = 16 * SignalRecord::MOST_SAMPLES as usize;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;

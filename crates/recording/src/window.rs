@@ -24,7 +24,7 @@ const BEHIND: u64 = 6;
 /// Runs over the samples of a channel, and keeps those that are still needed.
 #[derive(Debug)]
 pub(crate) struct Window {
-    width: u64,
+    pub(crate) width: u64,
     kept: Vec<f64>,
     /// The sample that the first kept one is.
     base: u64,
@@ -41,12 +41,23 @@ impl Window {
     /// Adds samples, and drops those before `needed` that no later step needs.
     pub(crate) fn extend(&mut self, samples: &[f64], needed: u64) {
         let from = needed.min(self.next).saturating_sub(BEHIND * self.width);
+        let is_past = from >= self.end() + samples.len() as u64;
         // Rarely, so that the rest is seldom moved.
-        if from - self.base.min(from) > self.kept.len() as u64 / 2 {
-            self.kept.drain(..(from - self.base) as usize);
-            self.base = from;
+        if is_past || from - self.base.min(from) > self.kept.len() as u64 / 2 {
+            let dropped = (from - self.base).min(self.kept.len() as u64);
+            self.kept.drain(..dropped as usize);
+            self.base += dropped;
         }
-        self.kept.extend_from_slice(samples);
+        if is_past {
+            self.base += samples.len() as u64;
+        } else {
+            self.kept.extend_from_slice(samples);
+        }
+    }
+
+    /// Goes on to the sums from which the step of an index ahead follows.
+    pub(crate) fn skip_to(&mut self, index: u64) {
+        self.next = self.next.max(index / SUMMED * SUMMED);
     }
 
     /// One past the last sample.
@@ -60,22 +71,33 @@ impl Window {
         &self.kept[at(range.start)..at(range.end)]
     }
 
-    /// The next index and its step statistic; none until more samples are there.
-    pub(crate) fn next_step(&mut self) -> Option<(u64, f64)> {
-        let (i, w) = (self.next, self.width);
-        if i + w > self.end() {
-            return None;
+    /// Passes on the next indices with their step statistics, up to an index, as far as there are samples.
+    pub(crate) fn steps(&mut self, until: u64, mut visit: impl FnMut(u64, f64)) {
+        let w = self.width;
+        let (until, width, share) = (until.min((self.end() + 1).saturating_sub(w)), w as f64, 1.0 / w as f64);
+        // Then a product is the quotient to the bit.
+        let is_exact = w.is_power_of_two();
+        while self.next < until {
+            let first = self.next;
+            let restarts = first == w || first.is_multiple_of(SUMMED);
+            let (mut before, mut after) = (self.before, self.after);
+            if restarts {
+                before = self.samples(first - w..first).iter().sum();
+                after = self.samples(first..first + w).iter().sum();
+                visit(first, after / width - before / width);
+            }
+            let from = first + u64::from(restarts);
+            let to = until.min((first / SUMMED + 1) * SUMMED).max(from);
+            let [leaving, crossing, coming] =
+                [from - 1 - w, from - 1, from + w - 1].map(|first| self.samples(first..first + to - from));
+            for (n, ((leaving, crossing), coming)) in leaving.iter().zip(crossing).zip(coming).enumerate() {
+                before += crossing - leaving;
+                after += coming - crossing;
+                let step = if is_exact { (after - before) * share } else { after / width - before / width };
+                visit(from + n as u64, step);
+            }
+            (self.before, self.after, self.next) = (before, after, to);
         }
-        let at = |sample: u64| self.kept[(sample - self.base) as usize];
-        if i == w || i.is_multiple_of(SUMMED) {
-            self.before = self.samples(i - w..i).iter().sum();
-            self.after = self.samples(i..i + w).iter().sum();
-        } else {
-            self.before += at(i - 1) - at(i - 1 - w);
-            self.after += at(i + w - 1) - at(i - 1);
-        }
-        self.next += 1;
-        Some((i, self.after / w as f64 - self.before / w as f64))
     }
 }
 
@@ -97,6 +119,13 @@ pub(crate) struct Scatter {
     pub(crate) is_dense: bool,
 }
 
+impl Scatter {
+    /// The noise of a sample, by the scatter of the step statistic with windows of so many.
+    pub(crate) fn noise(&self, width: u64) -> f64 {
+        self.sigma * (width as f64 / 2.0).sqrt()
+    }
+}
+
 impl Values {
     /// Of a part with so many samples.
     pub(crate) fn of(samples: u64, width: u64) -> Values {
@@ -107,13 +136,26 @@ impl Values {
         Values { starts, block: 0, values: Vec::new() }
     }
 
-    /// Adds the value of the next index.
-    pub(crate) fn add(&mut self, index: u64, value: f64) {
-        if self.starts.get(self.block + 1).is_some_and(|next| index >= *next) {
+    /// Adds the values that count of what a window gives.
+    pub(crate) fn take(&mut self, window: &mut Window) {
+        loop {
+            let start = self.starts.get(self.block).copied();
+            let end = start.map_or(u64::MAX, |start| start + VALUES_OF_BLOCK);
+            if self.block > 0 && start.is_none() {
+                // All blocks are there: no sample is needed any more.
+                window.next = u64::MAX / 2;
+                return;
+            }
+            window.skip_to(start.unwrap_or_default());
+            window.steps(end, |index, value| {
+                if start.is_none_or(|start| index >= start) {
+                    self.values.push(value);
+                }
+            });
+            if window.next < end {
+                return;
+            }
             self.block += 1;
-        }
-        if self.starts.get(self.block).is_none_or(|start| index - start < VALUES_OF_BLOCK) {
-            self.values.push(value);
         }
     }
 
@@ -159,7 +201,7 @@ mod tests {
         let mut found = Vec::new();
         for block in samples.chunks(each) {
             window.extend(block, u64::MAX);
-            found.extend(std::iter::from_fn(|| window.next_step()));
+            window.steps(u64::MAX, |index, step| found.push((index, step)));
         }
         found
     }
@@ -179,13 +221,19 @@ mod tests {
 
     #[test]
     fn of_a_long_part_256_blocks_count() {
-        let samples = (1 << 20) + 12_345;
-        let mut values = Values::of(samples, 32);
-        (32..=samples - 32).for_each(|index| values.add(index, index as f64));
+        let samples: Vec<f64> = (0..(1 << 20) + 12_345).map(|n: u64| (n * n % 1009) as f64 * 0.1).collect();
+        let all = steps(&samples, 24, samples.len());
+        let (mut values, mut window) = (Values::of(samples.len() as u64, 24), Window::new(24));
+        for block in samples.chunks(1000) {
+            window.extend(block, u64::MAX);
+            values.take(&mut window);
+            assert!(window.kept.len() < 6000);
+        }
         assert_eq!(values.values.len(), 256 * 512);
-        let last = samples - 63 - 512;
         for block in [0, 1, 100, 255] {
-            assert_eq!(values.values[block * 512], (32 + block as u64 * last / 255) as f64);
+            let first = block * (all.len() - 512) / 255;
+            let due: Vec<f64> = all[first..first + 512].iter().map(|(_, step)| *step).collect();
+            assert!(values.values[block * 512..][..512] == due, "{block}");
         }
     }
 

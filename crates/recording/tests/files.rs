@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use asperity_record::StepRecord;
 use asperity_recording::{Description, Detected, Recording, RecordingError};
 
 const SLIDER: &str = "format = 1\nname = 'made up'\n[slider]\nlength_m = 0.1\nwidth_m = 0.005\nheight_m = 0.02\n\
@@ -13,7 +14,7 @@ fn open(folder: &Path, stream: &str) -> Result<Recording, RecordingError> {
 }
 
 fn detect(folder: &Path, stream: &str) -> Detected {
-    open(folder, stream).and_then(|recording| recording.detect()).unwrap()
+    open(folder, stream).and_then(|recording| recording.detect(&mut |_, _| false)).unwrap()
 }
 
 /// Counts of two sensors, with a step in each.
@@ -52,7 +53,8 @@ fn an_array_is_read_in_any_layout() {
             "file = 'slip.npy'\naxis = '{axis}'\nrate_hz = 1e6\narray = [{{ role = 'slip', unit = 'm', \
              factor = 1e-9, channels = '1..2', x_m = [0.02, 0.04] }}]"
         );
-        let Detected { records, noise, .. } = detect(folder.path(), &stream);
+        let read = detect(folder.path(), &stream);
+        let (records, noise) = (read.steps().collect::<Vec<StepRecord>>(), read.noise);
         let switches: usize = records.iter().map(|record| record.switches.len()).sum();
         assert_eq!(switches, 4, "{axis}");
         found.push((records, noise));

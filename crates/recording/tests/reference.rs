@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use asperity_record::{Direction, StepRecord};
+use asperity_record::{Direction, Noise, StepRecord};
 use asperity_recording::{Description, Detected, Recording};
 
 fn fixture(name: &str) -> PathBuf {
@@ -14,7 +14,7 @@ fn fixture(name: &str) -> PathBuf {
 fn detect(name: &str) -> (Recording, Detected) {
     let description = Description::read(&fixture(name).join("recording.toml")).unwrap();
     let recording = Recording::open(description).unwrap();
-    let found = recording.detect().unwrap();
+    let found = recording.detect(&mut |_, _| false).unwrap();
     (recording, found)
 }
 
@@ -45,12 +45,12 @@ fn number(row: &Row, column: &str) -> f64 {
 fn noise_is_that_of_the_reference() {
     for name in ["slip", "shear"] {
         let (_, found) = detect(name);
-        let mut sensors: Vec<_> = found.noise.iter().filter(|noise| noise.sensor.is_some()).collect();
+        let mut sensors: Vec<&Noise> = found.noise.iter().filter_map(|row| row.values.get()).collect();
         sensors.sort_by_key(|noise| (noise.part, noise.sensor));
         let rows = expected(name, "noise");
         assert_eq!(rows.len(), sensors.len());
         for (row, noise) in rows.iter().zip(sensors) {
-            assert_eq!(number(row, "sensor"), f64::from(noise.sensor.unwrap()));
+            assert_eq!(number(row, "sensor"), f64::from(noise.sensor));
             let sigma = number(row, "sigma");
             same(row, "median", noise.median, 1e-3 * sigma);
             same(row, "sigma", noise.sigma, 1e-3 * sigma);
@@ -63,7 +63,8 @@ fn noise_is_that_of_the_reference() {
 fn arrivals_are_those_of_the_reference() {
     for (name, count) in [("slip", 110), ("shear", 18)] {
         let (recording, found) = detect(name);
-        let grid = recording.header(&[]).time_grid();
+        let grid = recording.header(&BTreeMap::new()).time_grid();
+        let records: Vec<StepRecord> = found.steps().collect();
         let rows = expected(name, "arrivals");
         let detaches = |record: &StepRecord, sensor: f64| {
             record
@@ -77,7 +78,7 @@ fn arrivals_are_those_of_the_reference() {
             let is_it = |record: &&StepRecord| {
                 (grid.time_s(record.step + 1) - arrival_s).abs() < 3e-7 && detaches(record, sensor)
             };
-            let record = found.records.iter().find(is_it).unwrap_or_else(|| panic!("{row:?} is missing"));
+            let record = records.iter().find(is_it).unwrap_or_else(|| panic!("{row:?} is missing"));
             let switch = record.switches.iter().find(|switch| f64::from(switch.block) == sensor).unwrap();
             let measured = switch.measured.unwrap();
             same(row, "arrival_error_s", measured.error_s, 0.01 * number(row, "arrival_error_s"));
@@ -129,7 +130,8 @@ fn a_refused_recording_says_where_and_why() {
     assert_eq!(rows.len(), 11);
     for row in rows {
         let description = Description::read(&fixture("faults").join(format!("{}.toml", row["recording"])));
-        let outcome = description.and_then(Recording::open).and_then(|recording| recording.detect());
+        let outcome =
+            description.and_then(Recording::open).and_then(|recording| recording.detect(&mut |_, _| false));
         let told = match outcome {
             Ok(found) => format!("warning: {}", found.warnings[0]),
             Err(error) => error.to_string(),

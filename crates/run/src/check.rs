@@ -10,7 +10,7 @@ use asperity_runlog::{LogError, LogItem, LogProblem, RunReader};
 
 use crate::detectors::Settings;
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
-use crate::header::CODE_VERSION;
+use crate::header::is_ours;
 use crate::open_log::OpenLog;
 use crate::self_check::{self, Rerun, SelfCheckProblem};
 use crate::verdict::Verdict;
@@ -67,7 +67,7 @@ impl Checked {
     }
 
     pub(crate) fn new(seen: Seen, header: Option<RunHeader>, problem: Option<CheckProblem>) -> Checked {
-        let is_ours = header.as_ref().is_some_and(|header| header.code_version == CODE_VERSION);
+        let is_ours = header.as_ref().is_some_and(is_ours);
         let verdict = match &problem {
             Some(problem) => problem.verdict(),
             None if is_ours && seen.other_detectors.is_none() => Verdict::Whole,
@@ -246,7 +246,7 @@ impl Seen {
         mut found: Option<&mut dyn FnMut(Event)>,
     ) -> Result<(), CheckProblem> {
         let header = log.header().clone();
-        let ours = header.code_version == CODE_VERSION;
+        let ours = is_ours(&header);
         self.rewritten_by = log.reader.rewritten_by().map(str::to_owned);
         self.other_code = (!ours).then(|| header.code_version.clone());
         let mut detectors = Settings::default().start(&header, log.scenario().unwrap_or(None));
@@ -371,7 +371,7 @@ impl Seen {
     /// Events other than those of this program's detectors are damage, unless another code version
     /// found them.
     fn events_differ(&mut self, header: &RunHeader, difference: Difference) -> Result<(), CheckProblem> {
-        if header.code_version == CODE_VERSION {
+        if is_ours(header) {
             return Err(CheckProblem::Events(difference));
         }
         self.other_events = Some(difference);

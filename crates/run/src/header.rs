@@ -8,6 +8,14 @@ use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 /// command line do not change it.
 pub const CODE_VERSION: &str = env!("ASPERITY_CODE_VERSION");
 
+/// The same hash with the sources that read recordings besides.
+pub(crate) const RECORDING_CODE_VERSION: &str = env!("ASPERITY_RECORDING_CODE_VERSION");
+
+/// Whether this version of the program made the log with that header.
+pub(crate) fn is_ours(header: &RunHeader) -> bool {
+    header.code_version == if header.sensors.is_some() { RECORDING_CODE_VERSION } else { CODE_VERSION }
+}
+
 /// The header that this program writes into the log of a scenario's run.
 pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
     let mut header = RunHeader {

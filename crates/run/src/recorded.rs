@@ -1,16 +1,24 @@
 //! The log of a recording: its step records pass through the detectors as those of a run do.
 
 use std::collections::BTreeMap;
-use std::convert::Infallible;
+use std::fmt;
+use std::iter::Peekable;
 use std::path::Path;
+use std::vec::IntoIter;
 
-use asperity_record::{Event, EventKind, LoadDrop, Record, Row, RunEnd, RunHeader, RunStatus};
-use asperity_record::{SolverReport, StepRecord};
+use asperity_record::{
+    Event, EventKind, EventPayload, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus,
+};
+use asperity_record::{Rupture, SolverReport, StepRecord, TimeGrid};
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
+use crate::check::{CheckProblem, Checked};
 use crate::detectors::Settings;
-use crate::header::{CODE_VERSION, run_id};
+use crate::header::{RECORDING_CODE_VERSION, is_ours, run_id};
+use crate::open_log::OpenLog;
+use crate::self_check::SelfCheckProblem;
 use crate::stream::{Given, Item, StreamError, run_in_turn};
+use crate::verdict::Verdict;
 
 /// A recording that has been read.
 #[derive(Debug)]
@@ -21,60 +29,146 @@ pub struct Recorded {
     pub toml: String,
     /// Length and hash of its files, by their paths.
     pub inputs: BTreeMap<String, String>,
-    /// Its step records, in order.
-    pub records: Vec<StepRecord>,
-    /// The noise of its channels, in order of the steps.
-    pub noise: Vec<Row>,
     /// Its load drops, in order.
     pub drops: Vec<LoadDrop>,
 }
 
+/// The ruptures that step records of a recording show, numbered as in its log.
+pub fn ruptures(header: &RunHeader, steps: impl Iterator<Item = StepRecord>) -> Vec<Rupture> {
+    let mut found = Vec::new();
+    let mut emit = |event: Event| found.extend(event.get::<Rupture>().cloned());
+    let mut detectors = Settings::default().start(header, None);
+    steps.for_each(|step| detectors.observe(&Record::Step(step), &mut emit));
+    detectors.finish(&mut emit);
+    found
+}
+
 impl Recorded {
-    /// Writes the log.
+    /// Writes the log with these records, in order.
     ///
     /// # Errors
-    /// If it cannot be written, or exists and must not be replaced.
-    pub fn write(self, path: &Path, existing: Existing) -> Result<RunEnd, WriteError> {
-        let mut header = self.header;
-        header.code_version = CODE_VERSION.to_owned();
-        header.run_id = run_id(&header);
+    /// If there is no next record, or the log cannot be written, or exists and must not be replaced.
+    pub fn write<E>(
+        self,
+        path: &Path,
+        existing: Existing,
+        records: impl Iterator<Item = Result<Record, E>>,
+    ) -> Result<RunEnd, StreamError<E, WriteError>> {
+        let sink = StreamError::Sink;
+        let header = self.header();
         let detectors = Settings::default().start(&header, None);
         let kinds: Vec<EventKind> = detectors.kinds().chain([EventKind::of::<LoadDrop>()]).collect();
-        let mut writer = RunWriter::create(path, existing, &header, &self.toml, &kinds, Content::Text)?;
-        writer.inputs(self.inputs)?;
-        let time_grid = header.time_grid();
-        let mut noise = self.noise.into_iter().peekable();
-        let mut drops = self.drops.into_iter().peekable();
-        let mut records = self.records.into_iter().peekable();
-        // Noise stands at the beginning of its part, a load drop behind its end.
-        let mut last = None;
-        let source = || {
-            let next = records.peek().map_or(u64::MAX, |record| record.step);
-            if let Some(drop) =
-                drops.next_if(|drop| last >= Some(time_grid.nearest_step(drop.end_s)) || next == u64::MAX)
-            {
-                return Ok::<_, Infallible>(Some(Given::Event(Event::new(drop))));
-            }
-            if let Some(noise) = noise.next_if(|noise| noise.step < next) {
-                return Ok(Some(Given::Record(Record::Row(noise))));
-            }
-            last = Some(next);
-            Ok(records.next().map(|record| Given::Record(Record::Step(record))))
-        };
-        let written = run_in_turn(source, detectors, |item| match item {
-            Item::Record(record) => writer.record(&record),
-            Item::Event(event) => writer.event(&event),
-            Item::Checkpoint(_) => Ok(()),
-        });
+        let mut writer =
+            RunWriter::create(path, existing, &header, &self.toml, &kinds, Content::Text).map_err(sink)?;
+        writer.inputs(self.inputs).map_err(sink)?;
+        let mut given = InOrder::of(header.time_grid(), self.drops, records);
+        let written = run_in_turn(
+            || given.next(),
+            detectors,
+            |item| match item {
+                Item::Record(record) => writer.record(&record),
+                Item::Event(event) => writer.event(&event),
+                Item::Checkpoint(_) => Ok(()),
+            },
+        );
         match written {
-            Ok(()) => {}
-            Err(StreamError::Sink(error)) => {
-                writer.discard()?;
-                return Err(error);
+            Ok(()) => writer.finish(RunStatus::Complete, SolverReport::default()).map_err(sink),
+            Err(error) => {
+                writer.discard().map_err(sink)?;
+                Err(error)
             }
-            Err(StreamError::Source(never)) => match never {},
-            Err(StreamError::Thread(_)) => unreachable!("it runs on this thread"),
         }
-        writer.finish(RunStatus::Complete, SolverReport::default())
+    }
+
+    /// Checks a log as [`OpenLog::check`] does, and compares it with this recording of its inputs, which has these records.
+    pub fn check<E: fmt::Display>(
+        self,
+        log: OpenLog,
+        records: impl Iterator<Item = Result<Record, E>>,
+    ) -> Checked {
+        let header = self.header();
+        if !is_ours(log.header()) {
+            return log.check(&mut ());
+        }
+        let differs = (self.inputs != *log.reader.inputs() || header != *log.header())
+            .then(|| (0, "is of other files, or has another header".to_owned()));
+        let given = InOrder::of(header.time_grid(), self.drops, records);
+        let mut again = Again { given, differs };
+        let mut checked = log.check(&mut again);
+        if checked.verdict == Verdict::Whole {
+            again.compare(header.steps, None);
+            if let Some((step, what)) = again.differs {
+                checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::Rerun { step, what }));
+                checked.verdict = Verdict::Damaged;
+            }
+        }
+        checked
+    }
+
+    fn header(&self) -> RunHeader {
+        let mut header = RunHeader { code_version: RECORDING_CODE_VERSION.to_owned(), ..self.header.clone() };
+        header.run_id = run_id(&header);
+        header
+    }
+}
+
+/// Records with load drops among them, each behind the record of its end.
+struct InOrder<E, R: Iterator<Item = Result<Record, E>>> {
+    grid: TimeGrid,
+    drops: Peekable<IntoIter<LoadDrop>>,
+    records: Peekable<R>,
+    last: Option<u64>,
+}
+
+impl<E, R: Iterator<Item = Result<Record, E>>> InOrder<E, R> {
+    fn of(grid: TimeGrid, drops: Vec<LoadDrop>, records: R) -> InOrder<E, R> {
+        InOrder { grid, drops: drops.into_iter().peekable(), records: records.peekable(), last: None }
+    }
+
+    fn next(&mut self) -> Result<Option<Given>, E> {
+        let is_over = self.records.peek().is_none();
+        let InOrder { grid, last, .. } = self;
+        let is_due = |drop: &LoadDrop| is_over || *last >= Some(grid.nearest_step(drop.end_s));
+        if let Some(drop) = self.drops.next_if(is_due) {
+            return Ok(Some(Given::Event(Event::new(drop))));
+        }
+        let next = self.records.next().transpose()?;
+        self.last = next.as_ref().map(Record::step);
+        Ok(next.map(Given::Record))
+    }
+}
+
+/// Compares what a log has with what its recording gives again.
+struct Again<E, R: Iterator<Item = Result<Record, E>>> {
+    given: InOrder<E, R>,
+    /// The first step that differs, and how.
+    differs: Option<(u64, String)>,
+}
+
+impl<E: fmt::Display, R: Iterator<Item = Result<Record, E>>> Again<E, R> {
+    fn compare(&mut self, step: u64, logged: Option<Given>) {
+        if self.differs.is_some() {
+            return;
+        }
+        let what = match self.given.next() {
+            Ok(given) if given == logged => return,
+            Ok(Some(_)) if logged.is_none() => "gives an additional record".to_owned(),
+            Ok(_) => "gives another record".to_owned(),
+            Err(error) => format!("ends: {error}"),
+        };
+        self.differs = Some((step, what));
+    }
+}
+
+impl<E: fmt::Display, R: Iterator<Item = Result<Record, E>>> Observer for Again<E, R> {
+    fn record(&mut self, record: &Record) {
+        self.compare(record.step(), Some(Given::Record(record.clone())));
+    }
+
+    fn event(&mut self, event: &Event) {
+        if event.topic() == LoadDrop::TOPIC {
+            let step = self.given.last.unwrap_or_default();
+            self.compare(step, Some(Given::Event(event.clone())));
+        }
     }
 }

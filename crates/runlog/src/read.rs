@@ -16,7 +16,7 @@ use crate::ahead::Ahead;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN_END, SIGNAL, STEP, SWITCH, TRACES, WINDOW,
+    CHECKPOINT, EVENTS, FIELDS, INPUTS, MOST_SCHEMA_BYTES, RUN_END, SIGNAL, STEP, SWITCH, TRACES, WINDOW,
 };
 use crate::messages::{Message, SwitchMessage, may_be_as_long};
 use crate::metadata;
@@ -65,6 +65,8 @@ pub struct RunReader {
     topics: Topics,
     header: Option<RunHeader>,
     scenario_toml: String,
+    /// The files of a recording.
+    inputs: BTreeMap<String, String>,
     checkpoint: Option<String>,
     /// The parts that may be missing from a salvaged log.
     salvage: Option<Gaps>,
@@ -167,6 +169,7 @@ impl RunReader {
             topics,
             header: None,
             scenario_toml: String::new(),
+            inputs: BTreeMap::new(),
             checkpoint: None,
             salvage: None,
             end: None,
@@ -251,6 +254,11 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The files that a recording was read from: length and hash of each, by its path. Known after the first item.
+    pub fn inputs(&self) -> &BTreeMap<String, String> {
+        &self.inputs
     }
 
     /// The announced topics of events: one for each detector that the log was written with, whether
@@ -377,6 +385,7 @@ impl RunReader {
             Raw::Metadata(metadata) if metadata.name == RUN_END && self.end.is_none() => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
+            Raw::Metadata(metadata) if metadata.name == INPUTS => self.inputs = metadata.metadata,
             // Runs resume from checkpoints whose checksum, and all those before, are right.
             Raw::Attachment { header, data, .. }
                 if header.name == CHECKPOINT && !self.records.is_doubtful() =>

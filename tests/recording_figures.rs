@@ -33,7 +33,7 @@ fn usual_figures_show_what_was_measured_and_no_theory() {
     let log = lab(folder.path());
     succeed(&["draw", text(&log)]);
     let drawn = names(&folder.path().join("lab.figures"));
-    for kind in ["load", "lengths", "space-time", "noise"] {
+    for kind in ["load", "lengths", "space-time", "traces", "noise"] {
         assert!(drawn.contains(&format!("{kind}.pdf")), "{drawn:?}");
     }
     assert!(!drawn.contains("overview.png") && !drawn.contains("stress-sequence.png"), "{drawn:?}");
@@ -45,6 +45,11 @@ fn usual_figures_show_what_was_measured_and_no_theory() {
     let zoomed = said(&log, "space-time", &["which=first-global-slip"]);
     assert!(zoomed.contains("x (mm)") && zoomed.contains("front, 1270 ± 29 m/s, arrivals"), "{zoomed}");
     assert!(said(&log, "noise", &[]).contains("steps, least step that counts, noise σ"));
+    let traces = said(&log, "traces", &["which=first-global-slip"]);
+    assert!(
+        traces.contains("Rupture 13. Shown: front, 1270 ± 29 m/s, arrivals, 10 mm upwards: "),
+        "{traces}"
+    );
     for kind in ["load-ruptures", "recurrence", "moment-duration"] {
         let said = said(&log, kind, &[]);
         assert!(!["μ", "theory", "block"].iter().any(|word| said.contains(word)), "{said}");
@@ -72,9 +77,9 @@ fn what_nobody_measured_is_not_drawn() {
     assert!(said.contains("no run is of one (accepted: no law"), "{said}");
     let run = folder.path().join("mine.mcap");
     small::run(&run);
-    for (kind, lacks) in [("noise", "has no sensors"), ("traces", "has no samples of sensors")] {
+    for kind in ["noise", "traces"] {
         let (code, _, said) = outcome(&["draw", text(&run), "--kind", kind]);
-        assert!(code == 1 && said.contains(lacks), "{said}");
+        assert!(code == 1 && said.contains("has nothing that figures of this kind show"), "{said}");
     }
 }
 

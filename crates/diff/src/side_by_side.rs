@@ -22,13 +22,10 @@ use crate::table::{Row, Table};
 pub struct SideBySide {
     /// Whether fewer than half of the ruptures have a counterpart of the same blocks, as in two chaotic series.
     pub is_chaotic: bool,
-    /// Sizes of ruptures that are no global slips, in blocks; beside a recording as shares of the slider.
-    pub sizes: Sample,
-    /// Times from onset to onset, s.
-    pub times_s: Sample,
-    /// Beside a recording, speeds of fronts, m/s, and falls of `F_T / F_N`: load drops of a recording, and what ruptures
-    /// of a run take.
-    pub of_lab: Option<[Sample; 2]>,
+    /// What ruptures are compared by, with their values: sizes of those that are no global slips, in blocks or beside a
+    /// recording as shares of the slider; times from onset to onset, s; and beside a recording speeds of fronts, m/s, and
+    /// falls of `F_T / F_N`, in load drops of a recording and in ruptures of a run.
+    pub quantities: Vec<(&'static str, Sample)>,
     /// Figures of both runs, if they are drawn: their load, and the lengths of ruptures against it.
     pub courses: Vec<Figure>,
     /// Figures of sizes and of times.
@@ -51,18 +48,23 @@ pub(crate) fn of(
     let labels = labels(logs, set_differently)?;
     let is_measured = logs.iter().any(|log| log.provenance.header.sensors.is_some());
     let [old, new] = [0, 1].map(|side| distributions(tables[side], logs[side], is_measured));
-    let of_lab = is_measured.then(|| {
+    let unit =
+        if is_measured { "sizes below the whole slider, L" } else { "sizes below the whole slider, blocks" };
+    let mut quantities = vec![
+        (unit, statistics::compare(&old[0], &new[0])),
+        ("onset to onset, s", statistics::compare(&old[1], &new[1])),
+    ];
+    if is_measured {
         let [old, new] = logs.map(|log| log.fronts_m_per_s.iter().copied().collect());
-        [statistics::compare(&old, &new), drops(logs)]
-    });
+        quantities
+            .extend([("fronts, m/s", statistics::compare(&old, &new)), ("falls of F_T/F_N", drops(logs))]);
+    }
     let same_blocks = ruptures.pairs.as_ref().map_or(0, |pairs| pairs.same_blocks);
     // The sizes of ruptures have no common unit.
     let distributions = if is_measured { &DISTRIBUTIONS[1..] } else { &DISTRIBUTIONS };
     Some(SideBySide {
         is_chaotic: 4 * same_blocks < ruptures.old + ruptures.new,
-        sizes: statistics::compare(&old[0], &new[0]),
-        times_s: statistics::compare(&old[1], &new[1]),
-        of_lab,
+        quantities,
         courses: figures(&COURSES, logs, &labels),
         distributions: figures(distributions, logs, &labels),
     })

@@ -103,7 +103,8 @@ impl Summarizer {
         self.last_step = record.step;
         let force_n = (record.step, record.driving_force_n);
         self.driving_forces_n = Some([self.driving_forces_n.map_or(force_n, |[first, _]| first), force_n]);
-        self.energy = Some(record.energy);
+        // No sensor measures energies.
+        self.energy = self.header.sensors.is_none().then_some(record.energy);
         self.records += 1;
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));

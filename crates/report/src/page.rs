@@ -24,13 +24,14 @@ impl Study {
     /// The page.
     pub fn html(&self) -> String {
         let asked: Vec<Parameters> = self.runs.iter().map(Parameters::of_run).collect();
-        let of_sketch = |run: &Run| if run.is_measured() { String::new() } else { sketch(&run.scenario) };
+        let of_sketch =
+            |run: &Run| if run.header.parts().recording { String::new() } else { sketch(&run.scenario) };
         let sketches: Vec<String> = self.runs.iter().map(of_sketch).collect();
-        let simulated = || self.runs.iter().filter(|run| !run.is_measured());
+        let simulated = || self.runs.iter().filter(|run| !run.header.parts().recording);
         let differing = differing(&simulated().map(Parameters::of_run).collect::<Vec<_>>());
         let shared =
             if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
-        let what = match self.runs.iter().position(|run| !run.is_measured()) {
+        let what = match self.runs.iter().position(|run| !run.header.parts().recording) {
             Some(first) => format!(
                 "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
                 parameter_table::main(&asked[first], &differing),
@@ -84,7 +85,7 @@ impl Study {
         let kinds: Vec<_> = self.runs.iter().map(|run| kind(&run.scenario)).collect();
         let mut out = String::new();
         for (place, one) in kinds.iter().enumerate() {
-            if place > 0 && !kinds[..place].contains(one) && !self.runs[place].is_measured() {
+            if place > 0 && !kinds[..place].contains(one) && !self.runs[place].header.parts().recording {
                 let same = self.runs.iter().zip(&kinds).filter(|(_, kind)| *kind == one);
                 out += &format!(
                     "<figure>{}<figcaption>The model of {}.</figcaption></figure>\n",

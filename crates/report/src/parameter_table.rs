@@ -24,7 +24,7 @@ impl Parameters {
 
     /// Those of a run; none of a recording.
     pub(crate) fn of_run(run: &Run) -> Parameters {
-        if run.is_measured() { Parameters(Vec::new()) } else { Parameters::of(&run.scenario) }
+        if run.header.parts().recording { Parameters(Vec::new()) } else { Parameters::of(&run.scenario) }
     }
 
     /// Whether a key concerns something that another one disables.

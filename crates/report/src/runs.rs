@@ -109,12 +109,12 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         name: &run.name,
         blocks: contacts.columns(),
         rows: contacts.is_area().then(|| contacts.rows()),
-        sensors: run.is_measured(),
+        sensors: run.header.parts().recording,
         dt: run.header.time_step_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
-        lines: if run.is_measured() {
+        lines: if run.header.parts().recording {
             Vec::new()
         } else if run.scenario.has_state() {
             vec![("f_0", friction.reference_coefficient)]
@@ -286,7 +286,7 @@ pub(crate) fn details(
         body += &beside(&own);
         body += &over_area::figure(run);
         body += &widest(run);
-        body += &numbers(&run.summary);
+        body += &numbers(run);
         body += &links(&run.links);
         let part =
             if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };
@@ -341,7 +341,7 @@ fn widest(run: &Run) -> String {
             Cell::number(rupture.onset_s),
             Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
             Cell::estimate(Some(rupture.ft_fn_onset), rupture.ft_fn_error, 4),
-            match run.is_measured() {
+            match run.header.parts().recording {
                 true => Cell::estimate(Some(length), Some(length_error), 3),
                 false => Cell::rounded(drop.map(|drop| drop * 1e3), 3),
             },
@@ -370,8 +370,8 @@ fn over(number: Option<f64>, unit: Option<f64>) -> Option<f64> {
 }
 
 /// The numbers of a summary by their groups.
-fn numbers(summary: &Summary) -> String {
-    let known = Summary::KEYS.iter().zip(summary.values()).filter(|(_, value)| !value.is_null());
+fn numbers(run: &Run) -> String {
+    let known = Summary::KEYS.iter().zip(run.summary.values()).filter(|(_, value)| !value.is_null());
     let rows = known.map(|(key, value)| {
         let value = serde_json::from_value(value).expect("numbers of a summary are cells");
         Row::from(vec![
@@ -379,13 +379,17 @@ fn numbers(summary: &Summary) -> String {
             Cell::Html(lettered(&key.label())),
             Cell::of(&value, 6),
             Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
-            Cell::text(key.convergence.mark()),
+            Cell::text(if run.header.parts().recording { "" } else { key.convergence.mark() }),
         ])
     });
     format!(
         "<details><summary>All numbers of this run</summary>\n{}{}</details>\n",
         table("", "", &["of", "number", "#value", "unit", "worth"], rows),
-        what_marks_mean().lines().map(paragraph).collect::<String>()
+        what_marks_mean()
+            .lines()
+            .filter(|_| !run.header.parts().recording)
+            .map(paragraph)
+            .collect::<String>()
     )
 }
 

@@ -48,13 +48,6 @@ pub struct Run {
     pub links: Vec<Link>,
 }
 
-impl Run {
-    /// Whether it is the recording of a laboratory, whose scenario says nothing of it.
-    pub(crate) fn is_measured(&self) -> bool {
-        self.header.sensors.is_some()
-    }
-}
-
 /// A file beside the page.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Link {

@@ -12,7 +12,7 @@ pub(crate) fn verdict(run: &Run) -> String {
         ("first global slip", global_slip(run)),
         ("precursors", precursors(run)),
         ("front speed", front_speed(run)),
-        if run.is_measured() { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
+        if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
     ];
     let rows = answers.map(|(question, [short, more])| {
         let more = if more.is_empty() { more } else { format!("<span>{more}</span>") };
@@ -30,7 +30,7 @@ const NO_RUPTURES: &str = "the log has no ruptures, and lacks some of the step r
 fn global_slip(run: &Run) -> [String; 2] {
     let summary = &run.summary;
     let symbol = if run.scenario.has_state() { "f<sub>0</sub>" } else { "μ<sub>d</sub>" };
-    let coefficient = match run.is_measured() {
+    let coefficient = match run.header.parts().recording {
         true => String::new(),
         false => format!(", {symbol} = {}", rounded(run.scenario.mean_coefficients()[1], 4)),
     };

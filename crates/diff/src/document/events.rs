@@ -268,14 +268,7 @@ pub(super) fn distributions(of: &SideBySide) -> Vec<Block> {
         let [old, new] = of.counts;
         sample(quantity, of, format!("{}, n = {old} and {new}", reading::test(of)))
     };
-    let unit = if of.of_lab.is_some() { "L" } else { "blocks" };
-    let mut rows = vec![
-        tested(&format!("sizes below the whole slider, {unit}"), &of.sizes),
-        tested("onset to onset, s", &of.times_s),
-    ];
-    if let Some([fronts, drops]) = &of.of_lab {
-        rows.extend([tested("fronts, m/s", fronts), tested("falls of F_T/F_N", drops)]);
-    }
+    let rows: Vec<Row> = of.quantities.iter().map(|(quantity, sample)| tested(quantity, sample)).collect();
     let words = format!(
         "ruptures from the first global slip on, or all of a run without one; {} test of one distribution:",
         KolmogorovSmirnov::NAME

@@ -11,7 +11,7 @@ use asperity_record::{LoadDrop, counted};
 
 use super::kind::{Figure, Labelled, keys, levels, load_name, not_both, one_or_several};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Marker, Panel, Pen, RED, Shape, Sheet};
+use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, RED, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -37,6 +37,9 @@ const PARTS: f64 = 600.0;
 
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
+
+/// Radius of the dots where load drops begin, in pixels.
+const DROP_RADIUS: f64 = 6.0;
 
 impl Figure for Load {
     fn runs(&self) -> Vec<(&str, Pen<'_>)> {
@@ -113,13 +116,13 @@ fn forces(run: &RunData, duration_s: f64) -> Result<Sheet, String> {
         let points = run.loads()?.iter().map(|load| (load.time_s, force_n(load))).collect();
         Ok::<_, String>(Layer::line(name, points, Dash::Solid, INK))
     };
-    let (drops, _) = run.measured()?;
+    let drops = &run.drops;
     let fall = |drop: &LoadDrop| {
         [(drop.onset_s, drop.ft_before_n), (drop.onset_s, drop.ft_after_n), (f64::NAN, f64::NAN)]
     };
     let falls = Layer::line("", drops.iter().flat_map(fall).collect(), Dash::Solid, RED);
     let onsets = drops.iter().map(|drop| (drop.onset_s, drop.ft_before_n)).collect();
-    let marks = Layer::marks(counted(drops.len() as u64, "load drop"), onsets, Marker::Triangle, RED);
+    let marks = Layer::discs(counted(drops.len() as u64, "load drop"), onsets, DROP_RADIUS, RED);
     let x = |label| Scale::between(label, 0.0, duration_s);
     let panel = |label, name, layers| Panel::new(x(label), Scale::free(name), layers);
     let upper = vec![of("F_T", |load| load.driving_force_n)?, falls, marks];

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use asperity_numbers::quantile;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::Sensors;
@@ -19,11 +20,9 @@ impl Figure for Noise {
     of_one_run!(RequiredData { measured: true, ..RequiredData::arrivals() });
 
     fn part(&self, run: &RunData, _: Pen<'_>) -> Result<Sheet, String> {
-        let Some(sensors) = &run.header.sensors else {
-            return Err(format!("run {} has no sensors (accepted: a recording)", run.name));
-        };
+        let sensors = &run.header.sensors.clone().unwrap_or_default();
         let mut of_sensors: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        for row in run.measured()?.1 {
+        for row in &run.noise {
             of_sensors.entry(row.sensor).or_default().push(row.sigma);
         }
         let steps = run.arrivals()?.iter().filter_map(|of| Some((of.x_m? * 1e3, of.step?.abs())));
@@ -37,9 +36,9 @@ impl Figure for Noise {
             for (sensor, sigmas) in &mut of_sensors {
                 let Some(x_mm) = sensors.x_m(*sensor).map(|x_m| x_m * 1e3) else { continue };
                 sigmas.sort_by(f64::total_cmp);
-                let at = |quarter: usize| (x_mm, value(sensors, sigmas[(sigmas.len() - 1) * quarter / 4]));
-                medians.push(at(2));
-                halves.extend([at(1), at(3), (f64::NAN, f64::NAN)]);
+                let at = |share| (x_mm, value(sensors, quantile(sigmas, share).unwrap_or_default()));
+                medians.push(at(0.5));
+                halves.extend([at(0.25), at(0.75), (f64::NAN, f64::NAN)]);
             }
             layers.push(Layer::line("", halves, Dash::Solid, colour));
             layers.push(Layer::marks(label, medians, marker, colour));

@@ -34,18 +34,9 @@ const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", 
 /// Those that are drawn as well of runs over an area, and only of these.
 const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
 
-/// Those that are drawn of recordings, the usual ones first: the others show what nobody has measured.
-const OF_RECORDINGS: [&str; 9] = [
-    "load",
-    "lengths",
-    "space-time",
-    "traces",
-    "noise",
-    "load-ruptures",
-    "moment-duration",
-    "recurrence",
-    "sizes",
-];
+/// The usual ones of recordings, and others that are drawn of these: the rest shows what nobody has measured.
+const USUAL_OF_RECORDINGS: [&str; 5] = ["load", "lengths", "space-time", "traces", "noise"];
+const OF_RECORDINGS: [&str; 3] = ["load-ruptures", "moment-duration", "recurrence"];
 
 /// Keys that follow from the run.
 const FILLED_IN: [&str; 6] = ["file", "run", "series", "panel", "curve", "keys"];
@@ -75,9 +66,9 @@ impl Kind {
 
     /// Those that are drawn of a run with these parts where none is named.
     pub fn usual(parts: Parts) -> impl Iterator<Item = Kind> {
-        let usual = if parts.recording { &OF_RECORDINGS[..5] } else { &USUAL };
-        let over_area = USUAL_OVER_AREA.iter().filter(move |_| parts.area);
-        usual.iter().chain(over_area).map(|name| Kind { name })
+        let usual = if parts.recording { USUAL_OF_RECORDINGS } else { USUAL };
+        let over_area = USUAL_OVER_AREA.into_iter().filter(move |_| parts.area);
+        usual.into_iter().chain(over_area).map(|name| Kind { name })
     }
 
     /// The curves that it shows, if nothing else.
@@ -134,8 +125,9 @@ impl Kind {
         scenario: &Scenario,
         set: &[String],
     ) -> Result<OneFigure, String> {
-        if header.sensors.is_some() && !OF_RECORDINGS.contains(&self.name) {
-            let [name, known] = [self.name, &OF_RECORDINGS.join(", ")];
+        let known = [&USUAL_OF_RECORDINGS[..], &OF_RECORDINGS].concat();
+        if header.sensors.is_some() && !known.contains(&self.name) {
+            let (name, known) = (self.name, known.join(", "));
             return Err(format!(
                 "{run} is a recording, and {name} shows what only a simulation knows (accepted: {known})"
             ));
@@ -372,7 +364,7 @@ mod tests {
 
     use asperity_record::Parts;
 
-    use super::{Kind, OF_RECORDINGS, OF_SEVERAL, SCHEMA, Target};
+    use super::{Kind, OF_RECORDINGS, OF_SEVERAL, SCHEMA, Target, USUAL_OF_RECORDINGS};
     use crate::draw::tests::first_day::runs;
     use crate::draw::{Caption, words};
 
@@ -380,7 +372,7 @@ mod tests {
     fn every_kind_has_keys_that_draw_it() {
         let usual =
             [Parts::default(), Parts { area: true, ..Parts::default() }].into_iter().flat_map(Kind::usual);
-        let named = usual.map(|kind| kind.name).chain(OF_RECORDINGS);
+        let named = usual.map(|kind| kind.name).chain(USUAL_OF_RECORDINGS).chain(OF_RECORDINGS);
         assert!(named.map(Kind::find).all(|kind| kind.is_some()));
         assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
         assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());

@@ -1,15 +1,16 @@
 //! The samples of all sensors of a recording about a rupture, each at the place of its sensor, with arrivals and the
 //! front that is fitted to them.
 
+use asperity_numbers::median;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::{Arrival, Rupture, Sensors, TraceRecord, short};
+use asperity_record::{Arrival, TraceRecord, short};
 
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, Film, RuptureSelector, film};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, INK, Layer, Pen, Point, RED, Sheet};
-use super::space_time::speeds_of_front;
+use super::space_time::{picks, speeds_of_front};
 
 keys! {
     Traces: run;
@@ -42,76 +43,54 @@ impl Figure for Traces {
         let records: Vec<&TraceRecord> = run.traces.iter().filter(of_rupture).collect();
         let (Some(sensors), Some((first, last))) = (&run.header.sensors, records.first().zip(records.last()))
         else {
-            let (name, number) = (&run.name, rupture.rupture);
-            return Err(format!("the log of run {name} has no samples of sensors about rupture {number}"));
+            return Ok(Sheet::single(Scale::free("t (s)"), Scale::free("x (mm)"), Vec::new()));
         };
         let time_s = |record: &TraceRecord, n: u32| record.time_s + f64::from(n) * record.interval_s;
         let (from_s, to_s) = (first.time_s, time_s(last, last.samples));
         let clock = Clock::of(from_s, to_s, rupture.onset_s);
-        let traces: Vec<(f64, Vec<Point>)> = (sensors.x_m.iter().enumerate())
-            .map(|(n, x_m)| {
-                let samples = records.iter().flat_map(|record| {
-                    let values =
-                        record.values.chunks(record.samples.max(1) as usize).nth(n).unwrap_or_default();
-                    (0..).zip(values).map(|(n, value)| (time_s(record, n), *value))
-                });
-                (x_m * 1e3, from_rest(samples.collect(), rupture.onset_s))
-            })
-            .collect();
-        let deviations = traces.iter().flat_map(|(_, trace)| trace).map(|(_, value)| value.abs());
-        let largest = deviations.fold(f64::MIN_POSITIVE, f64::max);
+        let trace = |(n, x_m): (usize, &f64)| {
+            let samples = records.iter().flat_map(|record| {
+                let values = record.values.chunks(record.samples.max(1) as usize).nth(n).unwrap_or_default();
+                (0..).zip(values).map(|(n, value)| (time_s(record, n), *value))
+            });
+            let samples: Vec<Point> = samples.collect();
+            let before =
+                samples.iter().filter(|(time_s, _)| *time_s < rupture.onset_s).map(|(_, value)| *value);
+            (x_m * 1e3, median(before).unwrap_or_default(), samples)
+        };
+        let traces: Vec<_> = sensors.x_m.iter().enumerate().map(trace).collect();
+        let largest =
+            traces.iter().flat_map(|(_, rest, samples)| samples.iter().map(move |of| (of.1 - rest).abs()));
+        let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
         let length_mm = sensors.length_m * 1e3;
         let height_mm = HEIGHT * length_mm / sensors.x_m.len() as f64;
-        let mut layers: Vec<Layer> = (traces.into_iter())
-            .map(|(x_mm, trace)| {
-                let up = |value: f64| x_mm + value / largest * height_mm;
-                let points = trace.iter().map(|(time_s, value)| (clock.place(*time_s), up(*value))).collect();
-                Layer::line("", points, Dash::Solid, INK)
-            })
-            .collect();
+        let mut layers = Vec::new();
+        for (x_mm, rest, samples) in &traces {
+            let up = |value: f64| x_mm + (value - rest) / largest * height_mm;
+            let points = samples.iter().map(|(time_s, value)| (clock.place(*time_s), up(*value))).collect();
+            layers.push(Layer::line("", points, Dash::Solid, INK));
+        }
         let of_rupture = |of: &&Arrival| of.rupture == rupture.rupture;
         let arrivals: Vec<&Arrival> = run.arrivals()?.iter().filter(of_rupture).collect();
-        for (label, front) in fronts(rupture, &arrivals, sensors) {
-            let points = front.iter().map(|(time_s, x_m)| (clock.place(*time_s), x_m * 1e3)).collect();
-            layers.push(Layer::line(label, points, Dash::Dashed, BLUE));
+        // Straight lines of the speeds that were fitted, through the median of the arrivals.
+        let (beginning, sides) =
+            (rupture.nucleation_block, [(1.0, rupture.last_block), (-1.0, rupture.first_block)]);
+        for ((sign, end), front) in sides.into_iter().zip(speeds_of_front(rupture)) {
+            let ends_m = sensors.x_m(beginning).zip(sensors.x_m(end));
+            let (Some((speed, words)), Some((from_m, to_m))) = (front, ends_m) else { continue };
+            let way_s = |x_m: f64| sign * (x_m - from_m) / speed;
+            let on_it =
+                arrivals.iter().filter(|of| (beginning.min(end)..=beginning.max(end)).contains(&of.block));
+            let start_s =
+                median(on_it.filter_map(|of| Some(of.arrival_s - way_s(of.x_m?)))).unwrap_or_default();
+            let ends = [from_m, to_m].map(|x_m| (clock.place(start_s + way_s(x_m)), x_m * 1e3));
+            layers.push(Layer::line(words, ends.into(), Dash::Dashed, BLUE));
         }
-        layers.extend(super::space_time::picks(
-            &clock,
-            &arrivals,
-            |of| of.x_m.unwrap_or_default() * 1e3,
-            RED,
-        ));
+        layers.extend(picks(&clock, &arrivals, |of| of.x_m.unwrap_or_default() * 1e3, RED));
         let unit = if sensors.are_of_slip { "m" } else { "units of the sensors" };
         layers.push(Layer::remark(format!("10 mm upwards: {} {unit}", short(10.0 * largest / height_mm))));
         let x = Scale::between(&clock.label("t"), clock.place(from_s), clock.place(to_s));
         let sheet = Sheet::single(x, Scale::between("x (mm)", 0.0, length_mm + height_mm), layers);
         Ok(sheet.titled(format!("rupture {}", rupture.rupture)))
     }
-}
-
-/// Samples less their mean before the onset, or the first where there is none.
-fn from_rest(mut samples: Vec<Point>, onset_s: f64) -> Vec<Point> {
-    let before = samples.partition_point(|(time_s, _)| *time_s < onset_s).clamp(1, samples.len().max(1));
-    let rest: f64 = samples.iter().take(before).map(|(_, value)| value).sum::<f64>() / before as f64;
-    samples.iter_mut().for_each(|(_, value)| *value -= rest);
-    samples
-}
-
-/// The fronts towards either end, as straight lines of the speeds that were fitted through the median of the arrivals:
-/// what each is called, and its ends, s and m.
-fn fronts(rupture: &Rupture, arrivals: &[&Arrival], sensors: &Sensors) -> Vec<(String, Vec<Point>)> {
-    let beginning = rupture.nucleation_block;
-    let Some(from_m) = sensors.x_m(beginning) else { return Vec::new() };
-    let sides = [(1.0, rupture.last_block), (-1.0, rupture.first_block)];
-    let front = |((sign, end), (speed, words)): ((f64, u32), (f64, String))| {
-        let way_s = |x_m: f64| sign * (x_m - from_m) / speed;
-        let is_on_it = |of: &&&Arrival| (beginning.min(end)..=beginning.max(end)).contains(&of.block);
-        let mut starts_s: Vec<f64> =
-            (arrivals.iter().filter(is_on_it)).filter_map(|of| Some(of.arrival_s - way_s(of.x_m?))).collect();
-        starts_s.sort_by(f64::total_cmp);
-        let (start_s, to_m) = (starts_s.get(starts_s.len() / 2)?, sensors.x_m(end)?);
-        Some((words, vec![(*start_s, from_m), (start_s + way_s(to_m), to_m)]))
-    };
-    let known = sides.into_iter().zip(speeds_of_front(rupture));
-    known.filter_map(|(side, speed)| front((side, speed?))).collect()
 }

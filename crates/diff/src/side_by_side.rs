@@ -108,7 +108,8 @@ fn distributions(ruptures: &Table, of: &RunLog, in_shares: bool) -> [Distributio
 /// them, by their names.
 fn labels(logs: [&RunLog; 2], set_differently: &[SettingChange]) -> Option<[String; 2]> {
     let headers = logs.map(|log| &log.provenance.header);
-    if headers.iter().any(|header| header.sensors.is_some()) {
+    let is_same = headers[0].scenario_hash == headers[1].scenario_hash;
+    if !is_same && headers.iter().any(|header| header.sensors.is_some()) {
         let label = |side, of: &RunHeader| {
             let how = if of.sensors.is_some() { "measured" } else { "simulated" };
             format!("{side}: {}, {how}", of.scenario)

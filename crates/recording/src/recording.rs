@@ -268,7 +268,7 @@ impl Recording {
 
     /// The header of the log, without code version and run id.
     pub fn header(&self, inputs: &BTreeMap<String, Input>) -> RunHeader {
-        let Description { text, name, slider, .. } = &self.description;
+        let Description { text, name, slider, detection, .. } = &self.description;
         let x_m = self.description.positions_m();
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());

@@ -11,7 +11,7 @@ use asperity_model::scenario::text;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{Collector, RunEvents};
+use asperity_numbers::run_data::{Collector, RunData, RunEvents};
 use asperity_report::{
     Contents, Entry, Figure, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture,
     index,
@@ -200,11 +200,13 @@ fn run(
         figures.iter().filter_map(|figure| embedded(figure, &[&data], vec![name.to_owned()])).collect();
     // Of several recordings each figure has a place of its own.
     drawn.iter_mut().for_each(|figure| figure.file.insert_str(0, &format!("{}-", name.replace('/', "-"))));
-    let RunEvents { header, scenario, summary, .. } = data.run;
+    let RunData { run: RunEvents { header, scenario, summary, .. }, drops, noise, .. } = data;
     let run = Run {
         name: name.to_owned(),
         summary,
         collected: page.finish(),
+        drops,
+        noise,
         header,
         scenario,
         lacks: (!checked.verdict.holds_all()).then(|| checked.to_string()),

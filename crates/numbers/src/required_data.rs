@@ -127,7 +127,7 @@ impl RequiredData {
     pub fn topics(&self) -> Topics {
         let moved = self.displacements || !self.displacements_of.is_empty();
         let fields = moved || self.states || !self.states_near_s.is_empty();
-        Topics { steps: true, events: true, fields, windows: self.windows || self.measured }
+        Topics { steps: true, events: true, fields, windows: self.windows }
     }
 }
 

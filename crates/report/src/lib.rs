@@ -55,7 +55,6 @@ mod verdict;
 pub use contents::{Contents, ReadFile, Recorded, RecordedRun, encoded, files_of_picture, picture};
 pub use figures::Figure;
 pub use index::{Entry, index};
-pub use measured::Measured;
 pub use page::STYLE;
 pub use page_collector::{Collected, Limits, PageCollector};
 pub use sketch::sketch_alone;

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use asperity_record::{Arrival, Contacts, Event, Observer, Record, Rupture, SlipEvent};
 
 use crate::downsample::{Curve, Widest};
-use crate::measured::Measured;
 
 /// Limits on the data of a run on a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,8 +85,6 @@ pub struct Collected {
     pub events: Vec<(u64, Option<u64>, u32, u32)>,
     /// How many there were.
     pub event_count: u64,
-    /// Of a recording its noise and its load drops.
-    pub measured: Measured,
 }
 
 /// Sees a run go by.
@@ -107,7 +104,6 @@ pub struct PageCollector {
     cells: BTreeMap<u64, Vec<Cell>>,
     cell_count: usize,
     cell_stride: u32,
-    measured: Measured,
 }
 
 /// Most blocks of a slider whose fronts a map shows block by block: the height of the map in dots.
@@ -118,11 +114,9 @@ impl Observer for PageCollector {
         if let Record::Step(record) = record {
             self.step(record.step, record.load_ratio());
         }
-        self.measured.record(record);
     }
 
     fn event(&mut self, event: &Event) {
-        self.measured.event(event);
         if let Some(rupture) = event.get::<Rupture>() {
             let (front, cells) = (None, None);
             let seen = CollectedRupture { rupture: rupture.clone(), is_precursor: false, front, cells };
@@ -156,7 +150,6 @@ impl PageCollector {
             cells: BTreeMap::new(),
             cell_count: 0,
             cell_stride: (1..).find(fits).unwrap_or(1),
-            measured: Measured::default(),
         }
     }
 
@@ -252,8 +245,7 @@ impl PageCollector {
         let (mut events, event_count) = self.events.finish(&|_| {});
         events.sort_unstable();
         let (block_stride, cell_stride, curve) = (self.block_stride, self.cell_stride, self.curve.points());
-        let measured = self.measured;
-        Collected { curve, ruptures, rupture_count, block_stride, cell_stride, events, event_count, measured }
+        Collected { curve, ruptures, rupture_count, block_stride, cell_stride, events, event_count }
     }
 }
 

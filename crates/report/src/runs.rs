@@ -327,6 +327,7 @@ fn widest(run: &Run) -> String {
         return String::new();
     }
     let c_m_per_s = run.summary.wave_speed_m_per_s;
+    let over_c = |speed: Option<f64>| speed.zip(c_m_per_s).map(|(speed, c)| speed / c);
     let rows = widest.into_iter().map(|seen| {
         let rupture = &seen.rupture;
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
@@ -345,7 +346,7 @@ fn widest(run: &Run) -> String {
                 true => Cell::estimate(Some(length), Some(length_error), 3),
                 false => Cell::rounded(drop.map(|drop| drop * 1e3), 3),
             },
-            Cell::estimate(over(speed, c_m_per_s), over(error, c_m_per_s), SPEED_DIGITS),
+            Cell::estimate(over_c(speed), over_c(error), SPEED_DIGITS),
             Cell::rounded(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });
@@ -362,11 +363,6 @@ fn widest(run: &Run) -> String {
         _ => "Its ruptures, the widest first".to_owned(),
     };
     table("", &caption, &headings, rows)
-}
-
-/// A number over another one, if both are known.
-fn over(number: Option<f64>, unit: Option<f64>) -> Option<f64> {
-    number.zip(unit).map(|(number, unit)| number / unit)
 }
 
 /// The numbers of a summary by their groups.

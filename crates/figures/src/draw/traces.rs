@@ -4,11 +4,11 @@
 use asperity_numbers::median;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::{Arrival, TraceRecord, short};
+use asperity_record::{Arrival, TraceRecord, rounded};
 
 use super::kind::{Figure, keys, of_one_run};
 use super::rupture_selector::{Clock, Film, RuptureSelector, film};
-use super::scale::Scale;
+use super::scale::{Scale, number};
 use super::sheet::{BLUE, Dash, INK, Layer, Pen, Point, RED, Sheet};
 use super::space_time::{picks, speeds_of_front};
 
@@ -88,7 +88,10 @@ impl Figure for Traces {
         }
         layers.extend(picks(&clock, &arrivals, |of| of.x_m.unwrap_or_default() * 1e3, RED));
         let unit = if sensors.are_of_slip { "m" } else { "units of the sensors" };
-        layers.push(Layer::remark(format!("10 mm upwards: {} {unit}", short(10.0 * largest / height_mm))));
+        layers.push(Layer::remark(format!(
+            "10 mm upwards: {} {unit}",
+            number(rounded(10.0 * largest / height_mm, 2))
+        )));
         let x = Scale::between(&clock.label("t"), clock.place(from_s), clock.place(to_s));
         let sheet = Sheet::single(x, Scale::between("x (mm)", 0.0, length_mm + height_mm), layers);
         Ok(sheet.titled(format!("rupture {}", rupture.rupture)))

@@ -32,6 +32,10 @@ asperity-stream = { path = \"crates/stream\" }
 blake3 = { path = \"crates/blake3\" }
 ";
 
+const MAIN: &str = "\
+fn main() { print!(\"{} {}\", env!(\"ASPERITY_CODE_VERSION\"), env!(\"ASPERITY_RECORDING_CODE_VERSION\")); }
+";
+
 fn write(path: &Path, text: &str) {
     fs::create_dir_all(path.parent().expect("files lie in folders")).expect("folders can be made");
     fs::write(path, text).expect("files can be written");
@@ -45,7 +49,7 @@ fn manifest(name: &str, uses: &str) -> String {
     }
 }
 
-/// A workspace whose program prints its code version.
+/// A workspace whose program prints its code version, and that of recordings.
 fn make(workspace: &Path) {
     let run = Path::new(env!("CARGO_MANIFEST_DIR")).join("../run");
     let at = |name: &str| workspace.join("crates").join(name);
@@ -54,6 +58,7 @@ fn make(workspace: &Path) {
         ("stream", "asperity-stream"),
         ("detect-new", "asperity-detect-new"),
         ("figures", "asperity-figures"),
+        ("recording", "asperity-recording"),
     ] {
         write(&at(folder).join("Cargo.toml"), &manifest(package, ""));
         write(&at(folder).join("src/lib.rs"), "// As it was.\n");
@@ -61,7 +66,7 @@ fn make(workspace: &Path) {
     write(&at("blake3/Cargo.toml"), &manifest("blake3", ""));
     write(&at("blake3/src/lib.rs"), HASHER);
     write(&at("run/Cargo.toml"), &manifest("asperity-run", "asperity-stream.workspace = true\n"));
-    write(&at("run/src/main.rs"), "fn main() { print!(\"{}\", env!(\"ASPERITY_CODE_VERSION\")); }\n");
+    write(&at("run/src/main.rs"), MAIN);
     for file in ["build.rs", "src/code_version.rs"] {
         fs::copy(run.join(file), at("run").join(file)).expect("the build script can be copied");
     }
@@ -93,7 +98,7 @@ fn it_is_that_of_the_sources_beside_it_in_copies_and_moved_checkouts() {
         ["original", "copied", "moved"].map(|name| folder.path().join(name));
     make(&original);
     let before = version(&original);
-    assert_eq!(before.len(), 16, "{before}");
+    assert_eq!(before.len(), 16 + 1 + 16, "{before}");
 
     copy(&original, &copied);
     write(&copied.join("crates/stream/src/lib.rs"), "// Another stream.\n");
@@ -105,6 +110,13 @@ fn it_is_that_of_the_sources_beside_it_in_copies_and_moved_checkouts() {
     assert_eq!(version(&moved), before);
     write(&moved.join("crates/figures/src/lib.rs"), "// Another figure.\n");
     assert_eq!(version(&moved), before, "a figure shapes no run");
+    write(&moved.join("crates/recording/src/lib.rs"), "// Another recording.\n");
+    let of_recordings = version(&moved);
+    assert!(
+        of_recordings != before && of_recordings[..16] == before[..16],
+        "a recording shapes its own log alone"
+    );
+    write(&moved.join("crates/recording/src/lib.rs"), "// As it was.\n");
     write(&moved.join("crates/stream/src/lib.rs"), "// Another stream.\n");
     assert_eq!(version(&moved), other, "the same sources, in another folder");
 

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::support::binary::{outcome, succeed, text};
 
@@ -139,4 +140,74 @@ fn a_description_is_shown_checked_and_refused() {
     let (code, _, said) = outcome(&["recording", "read", text(&fault), "-o", text(&log)]);
     assert!(code == 2 && said.contains("gap.csv:253: time = 0.300: gap of 0.051 s"), "{said}");
     assert!(!log.exists());
+}
+
+/// A log names its inputs; they are opened in the given folder alone, and only if they are files.
+#[test]
+fn a_recording_is_read_again_from_files_in_the_given_folder_alone() {
+    let folder = asperity_testkit::folder();
+    let (lab, log) = (folder.path().join("lab"), folder.path().join("lab.mcap"));
+    fs::create_dir(&lab).expect("it can be made");
+    for entry in fs::read_dir(fixture("slip")).expect("a folder") {
+        let path = entry.expect("a file").path();
+        fs::copy(&path, lab.join(path.file_name().expect("a name"))).expect("it can be copied");
+    }
+    let description = lab.join("recording.toml");
+    succeed(&["--quiet", "recording", "read", text(&description), "-o", text(&log)]);
+    fs::remove_file(description).expect("the log has it");
+    let again = ["--quiet", "check", text(&log), "--again"];
+    let with_inputs = [&again[..], &["--inputs", text(&lab)]].concat();
+    assert!(succeed(&with_inputs).contains(": whole: "));
+
+    let segment = lab.join("event-004.npy");
+    let mut bytes = fs::read(&segment).expect("a segment");
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(&segment, &bytes).expect("it can be written");
+    let (code, printed, _) = outcome(&with_inputs);
+    assert!(code == 4 && printed.contains("made again, is of other files"), "{code} {printed}");
+
+    // Who opens a pipe waits for a writer.
+    fs::remove_file(&segment).expect("it is there");
+    assert!(Command::new("mkfifo").arg(&segment).status().expect("mkfifo starts").success());
+    assert!(succeed(&["check", text(&log)]).contains(": whole: "));
+    let (code, _, said) = outcome(&again);
+    assert!(code == 2 && said.contains("(accepted: --inputs FOLDER)"), "{said}");
+    let (code, _, said) = outcome(&with_inputs);
+    assert!(code == 2 && said.contains("event-004.npy: it is a pipe, not a file"), "{said}");
+}
+
+/// Sums of what channels read have all samples; traces of a rupture begin and end about it, and show it.
+#[test]
+fn a_log_has_what_channels_read_and_samples_about_ruptures() {
+    let folder = asperity_testkit::folder();
+    let tables = folder.path().join("tables");
+    succeed(&["--quiet", "export", text(&read("slip", folder.path())), "--to", "csv", "-o", text(&tables)]);
+    let table = |of: &str| rows(&tables.join(format!("slip.{of}.csv")));
+    let due = |row: &Row, column: &str| number(row, column).expect("a number");
+    let signal = table("signal");
+    let of_sensor = |row: &&Row| (due(row, "stream"), due(row, "channel")) == (2.0, 8.0);
+    assert_eq!(signal.iter().filter(of_sensor).map(|row| due(row, "samples")).sum::<f64>(), 16802.0);
+    assert!(
+        signal
+            .iter()
+            .all(|row| due(row, "least") <= due(row, "mean") && due(row, "mean") <= due(row, "largest"))
+    );
+
+    let (traces, ruptures) = (table("traces"), table("events.rupture"));
+    for (sensor, rupture) in ruptures.iter().map(|row| (due(row, "nucleation_block"), row)).take(2) {
+        let of = |row: &&Row| row["rupture"] == rupture["rupture"] && due(row, "sensor") == sensor;
+        let trace: Vec<&Row> = traces.iter().filter(of).collect();
+        let (onset_s, end_s) = (due(rupture, "onset_s"), due(rupture, "end_s"));
+        let [first_s, last_s] = [trace[0], trace[trace.len() - 1]].map(|row| due(row, "time_s"));
+        assert!(
+            (first_s - (onset_s - 128e-6)).abs() < 2e-6 && (last_s - (end_s + 128e-6)).abs() < 2e-6,
+            "{rupture:?}"
+        );
+        assert_eq!(trace.len(), ((last_s - first_s) * 1e6).round() as usize + 1);
+        let mean_m =
+            |rows: &[&Row]| rows.iter().map(|row| due(row, "value")).sum::<f64>() / rows.len() as f64;
+        let rise_m = mean_m(&trace[trace.len() - 100..]) - mean_m(&trace[..100]);
+        assert!((rise_m / due(rupture, "mean_slip_m") - 1.0).abs() < 0.2, "{rise_m}: {rupture:?}");
+    }
 }

@@ -13,6 +13,7 @@
 //! - `force`: load drops, and the loads at any time.
 //! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
 //! - `steps`: the step records, one sensor a block.
+//! - `signals`: what all channels read, in short, and the samples about ruptures, for figures.
 //!
 //! Nothing here prints or writes. A force that falls once, read from a table beside its description:
 //!

@@ -24,6 +24,9 @@ pub(crate) struct OfPart {
     is_coarse: bool,
 }
 
+/// The channels of all parts, each by the widths of its windows.
+pub(crate) type Heard = Vec<Vec<Vec<OfPart>>>;
+
 impl OfPart {
     fn of(values: Values, extremes: &Extremes, width: u64) -> OfPart {
         let scatter = values.scatter();
@@ -85,6 +88,8 @@ struct Extremes {
     least: Run,
     most: Run,
     quantum: f64,
+    /// Differences between the last samples.
+    steps: Vec<f64>,
     last: f64,
     samples: u64,
 }
@@ -92,22 +97,25 @@ struct Extremes {
 impl Default for Extremes {
     fn default() -> Extremes {
         let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
-        Extremes { least, most, quantum: f64::INFINITY, last: f64::NAN, samples: 0 }
+        Extremes { least, most, quantum: f64::INFINITY, steps: Vec::new(), last: f64::NAN, samples: 0 }
     }
 }
 
 impl Extremes {
     /// Adds samples. Returns the least, mean and largest of them.
     fn extend(&mut self, samples: &[f64]) -> [f64; 3] {
-        let (least, most) = (lanes(samples, f64::min), lanes(samples, f64::max));
+        let lesser = |a: f64, b: f64| if b < a { b } else { a };
+        let least = lanes(samples, lesser);
+        let most = lanes(samples, |a, b| if b > a { b } else { a });
         let sum = lanes(samples, |a, b| a + b);
-        let quantum = &mut self.quantum;
-        let mut differ = |before: f64, value: f64| {
+        let apart = |(before, value): (&f64, &f64)| {
             let step = (value - before).abs();
-            *quantum = if step > 0.0 && step < *quantum { step } else { *quantum };
+            if step > 0.0 { step } else { f64::INFINITY }
         };
-        differ(self.last, samples[0]);
-        samples.iter().zip(&samples[1..]).for_each(|(before, value)| differ(*before, *value));
+        self.steps.clear();
+        self.steps.push(apart((&self.last, &samples[0])));
+        self.steps.extend(samples.iter().zip(&samples[1..]).map(apart));
+        self.quantum = lesser(self.quantum, lanes(&self.steps, lesser));
         let are_beyond = [least < self.least.value, most > self.most.value];
         for ((run, extreme), is_beyond) in
             [(&mut self.least, least), (&mut self.most, most)].into_iter().zip(are_beyond)
@@ -142,12 +150,6 @@ fn lanes(numbers: &[f64], reduce: impl Fn(f64, f64) -> f64) -> f64 {
     lanes.into_iter().flatten().chain(rest).reduce(reduce).expect("there are numbers")
 }
 
-/// A channel in the first pass over a part.
-struct Listener {
-    extremes: Extremes,
-    windows: Vec<(Window, Values)>,
-}
-
 impl Recording {
     /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what
     /// all channels read.
@@ -156,7 +158,7 @@ impl Recording {
         stream: usize,
         widths: &[Vec<u64>],
         progress: &mut Progress<'_>,
-    ) -> Result<(Vec<Vec<Vec<OfPart>>>, Signals), RecordingError> {
+    ) -> Result<(Heard, Signals), RecordingError> {
         let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
@@ -172,16 +174,11 @@ impl Recording {
             let of = &surveyed.parts[part];
             if first == 0 {
                 let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
-                let fresh = |widths: &Vec<u64>| Listener {
-                    extremes: Extremes::default(),
-                    windows: widths.iter().map(windows).collect(),
-                };
-                listeners = widths.iter().map(fresh).collect();
+                let fresh = |widths: &Vec<u64>| (Extremes::default(), widths.iter().map(windows).collect());
+                listeners = widths.iter().map(fresh).collect::<Vec<(Extremes, Vec<(Window, Values)>)>>();
             }
             let mut read = self.signals(stream, part, first, block[0].len());
-            for ((Listener { extremes, windows }, row), channel) in
-                listeners.iter_mut().zip(block).zip(&channels)
-            {
+            for (((extremes, windows), row), channel) in listeners.iter_mut().zip(block).zip(&channels) {
                 for (samples, record) in row.chunks(SignalRecord::MOST_SAMPLES as usize).zip(&mut read) {
                     let [a, mean, b] = extremes.extend(samples).map(|stored| channel.si(stored));
                     record.least.push(a.min(b));
@@ -194,11 +191,9 @@ impl Recording {
                 }
             }
             if is_last {
-                let all = listeners.drain(..).map(|Listener { extremes, windows }| {
-                    windows
-                        .into_iter()
-                        .map(|(window, values)| OfPart::of(values, &extremes, window.width))
-                        .collect()
+                let all = listeners.drain(..).map(|(extremes, windows)| {
+                    let of = |(window, values): (Window, Values)| OfPart::of(values, &extremes, window.width);
+                    windows.into_iter().map(of).collect()
                 });
                 parts[part] = all.collect();
             }
@@ -276,11 +271,9 @@ impl Recording {
         for (problem, accepted, with) in flaws {
             let Some((part, n)) = with.first().copied() else { continue };
             let all_parts = channels.clone().count() * parts.len();
-            let problem = format!(
-                "{problem}, in part {} and in {} of {all_parts} channels of parts",
-                part + 1,
-                with.len()
-            );
+            let (part_number, count) = (part + 1, with.len());
+            let problem =
+                format!("{problem}, in part {part_number} and in {count} of {all_parts} channels of parts");
             found.warnings.push(*self.fault(stream, part, all[n], None, problem, accepted));
         }
     }

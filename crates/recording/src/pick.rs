@@ -56,18 +56,13 @@ impl Finder {
         let needed = self.closed.front().or(self.open.as_ref()).map_or(u64::MAX, |candidate| candidate.first);
         self.window.extend(samples, needed);
         let Finder { window, open, closed, others, last_other, .. } = self;
-        window.steps(u64::MAX, |i, step| {
+        // A little less, as rounding differs.
+        let (middle, off) = (scatter.median, least - 1e-12 * (least + scatter.median.abs()));
+        window.steps(u64::MAX, [middle - off, middle + off], |i, step| {
             let size = sign * (step - scatter.median);
-            if size <= least && open.is_none() && size >= -least {
-                return;
-            }
-            let has_ended = |open: &mut Candidate| {
-                i > open.last + width || size > least && i >= open.first + LONGEST * width
-            };
-            if let Some(ended) = open.take_if(|open| has_ended(open)) {
-                closed.push_back(ended);
-            }
             if size > least {
+                closed
+                    .extend(open.take_if(|open| i > open.last + width || i >= open.first + LONGEST * width));
                 let open = open.get_or_insert(Candidate { first: i, last: i, best: i, most: size });
                 open.last = i;
                 if size > open.most {
@@ -78,6 +73,7 @@ impl Finder {
                 *last_other = i;
             }
         });
+        closed.extend(open.take_if(|open| window.next > open.last + width + 1));
         if is_last {
             self.closed.extend(self.open.take());
         }

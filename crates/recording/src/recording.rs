@@ -101,6 +101,9 @@ pub(crate) struct Progress<'a> {
     pub(crate) of: u64,
 }
 
+/// What is made of a block of samples: their part, the first of them there, and whether they are its last.
+type Visit<'a> = dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError> + 'a;
+
 /// Reads parts of a stream from front to back.
 pub(crate) struct Source<'a> {
     recording: &'a Recording,
@@ -347,7 +350,7 @@ impl Recording {
         stream: usize,
         channels: &[&Channel],
         progress: &mut Progress<'_>,
-        visit: &mut dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError>,
+        visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
         let parts = &self.streams[stream].parts;
         let (send, blocks) = mpsc::sync_channel(1);
@@ -536,38 +539,30 @@ impl Recording {
     fn warn(&self, stream: usize, role: Role, counts: &[u64], others: u64, found: &mut Detected) {
         /// Steps of both neighbours without which one may be dead.
         const MANY: u64 = 20;
-        let (sensors, interval_s) =
-            (&self.description.streams[stream].sensors, self.streams[stream].interval_s);
-        let scales = self.scales();
-        let mut warn = |n: usize, problem: String, accepted| {
-            found.warnings.push(*self.fault(stream, 0, &sensors[n], None, problem, accepted));
+        let (sensors, scales) = (&self.description.streams[stream].sensors, self.scales());
+        let interval_s = self.streams[stream].interval_s;
+        let (window_s, link_s, wave_s) =
+            (found.window as f64 * interval_s, scales.link_s(), scales.block_time_s);
+        let mut warn = |is_so: bool, n: usize, problem: String, accepted: &'static str| {
+            if is_so {
+                found.warnings.push(*self.fault(stream, 0, &sensors[n], None, problem, accepted));
+            }
         };
         for n in 1..counts.len().max(1) - 1 {
-            if counts[n] == 0 && counts[n - 1].min(counts[n + 1]) >= MANY {
-                let problem = format!(
-                    "no step, where the sensors beside it have {} and {}",
-                    counts[n - 1],
-                    counts[n + 1]
-                );
-                warn(n, problem, "a sensor that works; else name it in dead");
-            }
+            let (before, after) = (counts[n - 1], counts[n + 1]);
+            let problem = format!("no step, where the sensors beside it have {before} and {after}");
+            let is_dead = counts[n] == 0 && before.min(after) >= MANY;
+            warn(is_dead, n, problem, "a sensor that works; else name it in dead");
         }
         let all: u64 = counts.iter().sum();
-        if matches!(role, Role::ShearForce | Role::ShearStrain) && all > 0 && others >= all {
-            let problem = format!("{others} steps of the other sign, beside {all} that fall");
-            warn(0, problem, "extents by slip or area: gauges see a detachment only where shear falls");
-        }
-        let window_s = found.window as f64 * interval_s;
-        if window_s > scales.link_s() {
-            let problem =
-                format!("a window of {window_s:.3e} s, where {:.3e} s part ruptures", scales.link_s());
-            warn(0, problem, "a shorter window, or a larger link_time_ratio");
-        }
-        if interval_s > scales.block_time_s {
-            let problem =
-                format!("an interval of {interval_s:.3e} s, in which a wave passes the largest gap");
-            warn(0, problem, "faster sampling, for speeds of fronts");
-        }
+        let is_shear = matches!(role, Role::ShearForce | Role::ShearStrain);
+        let problem = format!("{others} steps of the other sign, beside {all} that fall");
+        warn(is_shear && all > 0 && others >= all, 0, problem, "extents by slip or area, not by shear");
+        let problem = format!("a window of {window_s:.3e} s, where {link_s:.3e} s part ruptures");
+        warn(window_s > link_s, 0, problem, "a shorter window, or a larger link_time_ratio");
+        let problem =
+            format!("an interval of {interval_s:.3e} s; a wave takes {wave_s:.3e} s over the largest gap");
+        warn(interval_s > wave_s, 0, problem, "faster sampling, for speeds of fronts");
     }
 
     /// Channels of `F_T`, and of `F_N` and the load point if they are recorded, with their places among those.

@@ -28,14 +28,16 @@ pub(crate) struct Window {
     kept: Vec<f64>,
     /// The sample that the first kept one is.
     base: u64,
-    next: u64,
+    pub(crate) next: u64,
     before: f64,
     after: f64,
+    /// Step statistics, only while they are made.
+    values: Vec<f64>,
 }
 
 impl Window {
     pub(crate) fn new(width: u64) -> Window {
-        Window { width, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0 }
+        Window { width, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0, values: Vec::new() }
     }
 
     /// Adds samples, and drops those before `needed` that no later step needs.
@@ -71,35 +73,48 @@ impl Window {
         &self.kept[at(range.start)..at(range.end)]
     }
 
-    /// Passes on the next indices with their step statistics, up to an index, as far as there are samples.
-    pub(crate) fn steps(&mut self, until: u64, mut visit: impl FnMut(u64, f64)) {
+    /// Passes on the next indices at which the step statistic is below the first or above the second of two numbers, up to
+    /// an index, as far as there are samples.
+    pub(crate) fn steps(&mut self, until: u64, [low, high]: [f64; 2], mut visit: impl FnMut(u64, f64)) {
         let w = self.width;
         let (until, width, share) = (until.min((self.end() + 1).saturating_sub(w)), w as f64, 1.0 / w as f64);
-        // Then a product is the quotient to the bit.
-        let is_exact = w.is_power_of_two();
         while self.next < until {
             let first = self.next;
             let restarts = first == w || first.is_multiple_of(SUMMED);
+            let from = first + u64::from(restarts);
+            let to = until.min((first / SUMMED + 1) * SUMMED).max(from);
+            self.values.clear();
             let (mut before, mut after) = (self.before, self.after);
             if restarts {
                 before = self.samples(first - w..first).iter().sum();
                 after = self.samples(first..first + w).iter().sum();
-                visit(first, after / width - before / width);
+                self.values.push(after / width - before / width);
             }
-            let from = first + u64::from(restarts);
-            let to = until.min((first / SUMMED + 1) * SUMMED).max(from);
+            let mut values = std::mem::take(&mut self.values);
             let [leaving, crossing, coming] =
                 [from - 1 - w, from - 1, from + w - 1].map(|first| self.samples(first..first + to - from));
-            for (n, ((leaving, crossing), coming)) in leaving.iter().zip(crossing).zip(coming).enumerate() {
+            let sums = leaving.iter().zip(crossing).zip(coming).map(|((leaving, crossing), coming)| {
                 before += crossing - leaving;
                 after += coming - crossing;
-                let step = if is_exact { (after - before) * share } else { after / width - before / width };
-                visit(from + n as u64, step);
+                [before, after]
+            });
+            match w.is_power_of_two() {
+                // Then a product is the quotient to the bit.
+                true => values.extend(sums.map(|[before, after]| (after - before) * share)),
+                false => values.extend(sums.map(|[before, after]| after / width - before / width)),
             }
-            (self.before, self.after, self.next) = (before, after, to);
+            for (value, index) in
+                values.iter().zip(first..).filter(|(value, _)| **value < low || **value > high)
+            {
+                visit(index, *value);
+            }
+            (self.values, self.before, self.after, self.next) = (values, before, after, to);
         }
     }
 }
+
+/// With these, all indices.
+const ALL: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 /// Chooses the values from which the scatter follows.
 #[derive(Debug)]
@@ -147,7 +162,7 @@ impl Values {
                 return;
             }
             window.skip_to(start.unwrap_or_default());
-            window.steps(end, |index, value| {
+            window.steps(end, ALL, |index, value| {
                 if start.is_none_or(|start| index >= start) {
                     self.values.push(value);
                 }
@@ -194,14 +209,14 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Values, Window, median};
+    use super::{ALL, Values, Window, median};
 
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
         let mut window = Window::new(width);
         let mut found = Vec::new();
         for block in samples.chunks(each) {
             window.extend(block, u64::MAX);
-            window.steps(u64::MAX, |index, step| found.push((index, step)));
+            window.steps(u64::MAX, ALL, |index, step| found.push((index, step)));
         }
         found
     }

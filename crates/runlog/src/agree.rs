@@ -5,8 +5,7 @@ use mcap::records::MessageHeader;
 
 use asperity_record::{
     Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
-    Onset, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord, WindowRecord,
-    magnitude,
+    Onset, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -265,48 +264,24 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
     Ok(())
 }
 
-/// Checks what the channels of a recording read.
+/// Checks so many samples of a recording, and the lengths of their arrays: key, found and expected.
 ///
 /// # Errors
-/// If the run is no recording, or the arrays differ in length, or sum up no samples or too many.
-pub(crate) fn signal(header: &RunHeader, record: &SignalRecord) -> Result<(), LogProblem> {
-    let SignalRecord { step, samples, least, mean, largest, .. } = record;
-    let channels = mean.len();
-    is_of_recording(header, *step, *samples, channels)?;
-    for (key, found) in [("least", least.len()), ("largest", largest.len())] {
-        if found != channels {
-            return Err(length(*step, key, found, channels));
-        }
+/// If the run is no recording, there are no samples or too many, or an array has another length.
+pub(crate) fn samples(
+    header: &RunHeader,
+    step: u64,
+    samples: u32,
+    lengths: [(&str, usize, usize); 2],
+) -> Result<(), LogProblem> {
+    if header.sensors.is_none() || !(1..=SignalRecord::MOST_SAMPLES).contains(&samples) {
+        let what = format!("{samples} samples (accepted: 1 to 1000, in a recording)");
+        return Err(LogProblem::Contradiction { step, what });
     }
-    if let Some(n) = (0..channels).find(|n| least[*n] > largest[*n]) {
-        let what = format!("channel {} from {} to {}", n + 1, least[n], largest[n]);
-        return Err(LogProblem::Contradiction { step: *step, what });
+    match lengths.into_iter().find(|(_, found, expected)| found != expected) {
+        Some((key, found, expected)) => Err(length(step, key, found, expected)),
+        None => Ok(()),
     }
-    Ok(())
-}
-
-/// Checks samples about a rupture.
-///
-/// # Errors
-/// If the run is no recording of so many sensors, or there are not as many samples of each as it says.
-pub(crate) fn traces(header: &RunHeader, record: &TraceRecord) -> Result<(), LogProblem> {
-    let TraceRecord { step, sensors, samples, values, .. } = record;
-    is_of_recording(header, *step, *samples, *sensors as usize)?;
-    if *sensors != header.blocks {
-        return Err(length(*step, "sensors", *sensors as usize, header.blocks as usize));
-    }
-    let expected = *sensors as usize * *samples as usize;
-    if values.len() == expected { Ok(()) } else { Err(length(*step, "values", values.len(), expected)) }
-}
-
-fn is_of_recording(header: &RunHeader, step: u64, samples: u32, channels: usize) -> Result<(), LogProblem> {
-    if header.sensors.is_some() && (1..=SignalRecord::MOST_SAMPLES).contains(&samples) && channels > 0 {
-        return Ok(());
-    }
-    let what = format!(
-        "{samples} samples of {channels} channels (accepted: 1 to 1000 of 1 or more, in a recording)"
-    );
-    Err(LogProblem::Contradiction { step, what })
 }
 
 /// Reads an event of the run with that header, and checks that its payload matches its topic, and that it has

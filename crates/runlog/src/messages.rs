@@ -75,13 +75,18 @@ impl Message {
             SIGNAL => {
                 let record: SignalRecord = decode_bulk(topic, head, data)?;
                 timed(record.step)?;
-                agree::signal(header, &record)?;
+                let SignalRecord { least, mean, largest, .. } = &record;
+                let lengths = [("least", least.len(), mean.len()), ("largest", largest.len(), mean.len())];
+                agree::samples(header, record.step, record.samples, lengths)?;
                 Message::Record(Record::Signal(record))
             }
             TRACES => {
                 let record: TraceRecord = decode_bulk(topic, head, data)?;
                 timed(record.step)?;
-                agree::traces(header, &record)?;
+                let [sensors, blocks] = [record.sensors, header.blocks].map(|count| count as usize);
+                let values = blocks * record.samples as usize;
+                let lengths = [("sensors", sensors, blocks), ("values", record.values.len(), values)];
+                agree::samples(header, record.step, record.samples, lengths)?;
                 Message::Record(Record::Traces(record))
             }
             _ => {

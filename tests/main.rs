@@ -47,6 +47,7 @@ mod page;
 mod parameter_sets;
 mod prestress;
 mod print;
+mod recording_figures;
 mod recordings;
 mod reference;
 mod refine;

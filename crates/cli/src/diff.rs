@@ -159,8 +159,8 @@ fn read_logs(arguments: &DiffArguments) -> Result<Logs, Failure> {
 /// Checks a log, and collects the data for a diff in the same pass.
 fn read_log(path: &Path, is_drawn: bool) -> Result<RunLog, Failure> {
     let begin = |log: &OpenLog| {
-        let drawn = log.scenario().ok().flatten().filter(|_| is_drawn);
-        Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log), drawn))
+        let drawn = log.shown_scenario().ok().filter(|_| is_drawn);
+        Ok(Summarized::begin(log.header(), log.scenario_toml(), summary::begin(path, log), drawn.as_deref()))
     };
     let accept = |checked: &Checked| verdict_exit::must_hold_all(path, checked);
     let Reading { checked, observer, has_ruptures } = reading::once(path, &[], begin, accept)?;

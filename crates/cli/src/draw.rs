@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use asperity_figures::draw::FigureError;
-use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target, USUAL, USUAL_OVER_AREA};
+use asperity_figures::draw::of_one_run::{Kind, OneFigure, Target};
 use asperity_files::{Existing, FileSet, Inputs, format_of};
 use asperity_model::among;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::Collector;
+use asperity_record::Parts;
 use asperity_run::{Checked, Nodes, OpenLog};
 use asperity_study::Watcher;
 use clap::Args;
@@ -36,7 +37,7 @@ pub(crate) struct DrawArguments {
     #[arg(value_name = "RUN.mcap", required_unless_present = "list")]
     pub(crate) run: Option<PathBuf>,
     /// The kinds of figures [default: overview, lengths, space-time, front-profile,
-    /// stress-sequence].
+    /// stress-sequence; of recordings load, lengths, space-time, traces, noise].
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     pub(crate) kind: Vec<String>,
     /// Set a key of the figure; needs a single --kind. May be repeated.
@@ -90,20 +91,23 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     let mut figures: Vec<OneFigure> = Vec::new();
     let begin = |log: &OpenLog| {
         let nothing = RequiredData::NOTHING;
-        let (header, scenario) = (log.header(), log.needed_scenario()?);
-        if named.is_empty() && !header.parts().area {
-            kinds.retain(|kind| !USUAL_OVER_AREA.contains(&kind.name));
+        let (header, scenario) = (log.header(), log.shown_scenario()?);
+        if named.is_empty() {
+            kinds = Kind::usual(header.parts()).collect();
         }
         figures = kinds
             .iter()
-            .map(|kind| kind.of_run(&name, header, scenario, set))
+            .map(|kind| kind.of_run(&name, header, &scenario, set))
             .collect::<Result<_, String>>()?;
         let required = figures.iter().fold(nothing, |required, figure| required | figure.required_data());
-        Collector::of_log(&name, header, scenario, required)
+        Collector::of_log(&name, header, &scenario, required)
     };
     let accept = |checked: &Checked| verdict_exit::must_be_sound(run, checked);
     let Reading { checked, observer: mut collector, has_ruptures } = reading::once(run, &[], begin, accept)?;
     let without_nodes = add_nodes(run, &checked, &mut collector).err();
+    if collector.wants_traces() {
+        reading::once(run, &["/traces"], |_| Ok(&mut collector), |_| Ok(()))?;
+    }
     let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
     let mut drawn: Vec<PathBuf> = Vec::new();
     let mut lacking = Vec::new();
@@ -125,21 +129,21 @@ pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Fa
     verdict_exit::finish(run, &checked, board)
 }
 
-/// The kinds of these names, or the usual ones.
+/// The kinds of these names, or the usual ones of any log.
 fn kinds(named: &[String]) -> Result<Vec<Kind>, Failure> {
-    let mut kinds: Vec<Kind> = Vec::new();
-    for name in named {
-        let kind = Kind::find(name).ok_or_else(|| {
+    let found = |name: &String| {
+        Kind::find(name).ok_or_else(|| {
             let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
             let among = among(name, &known, "`asperity draw --list`");
             Failure::BadInput(format!("--kind {name} is no kind of figure{among}"))
-        })?;
-        if !kinds.contains(&kind) {
-            kinds.push(kind);
-        }
-    }
-    if kinds.is_empty() {
-        kinds = USUAL.iter().chain(&USUAL_OVER_AREA).filter_map(|name| Kind::find(name)).collect();
+        })
+    };
+    let usual = [Parts::default(), Parts::ALL].into_iter().flat_map(Kind::usual);
+    let usual = usual.filter(|_| named.is_empty()).map(Ok);
+    let mut kinds: Vec<Kind> = Vec::new();
+    for kind in named.iter().map(found).chain(usual) {
+        let kind = kind?;
+        kinds.extend((!kinds.contains(&kind)).then_some(kind));
     }
     Ok(kinds)
 }

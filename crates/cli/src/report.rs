@@ -4,10 +4,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asperity_diff::side_by_side::embedded;
+use asperity_figures::draw::of_one_run::{Kind, OneFigure};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::scenario::text;
-use asperity_numbers::Summarizer;
 use asperity_numbers::claim::Claim;
+use asperity_numbers::precursors::PrecursorRules;
+use asperity_numbers::required_data::RequiredData;
+use asperity_numbers::run_data::{Collector, RunData, RunEvents};
 use asperity_report::{
     Contents, Entry, Figure, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture,
     index,
@@ -138,16 +142,17 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     let found = at_once(of, None, |path| {
         let name = if is_told_apart { summary::name(path) } else { path.display().to_string() };
         let accept = |checked: &Checked| verdict_exit::must_be_sound(path, checked);
-        let (mut run, checked) = run(&name, path, limits, accept)?;
+        let (mut run, figures, checked) = run(&name, path, limits, accept)?;
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         run.links = vec![Link { path: relative_link(out, path), words }];
-        Ok::<_, Failure>((run, checked))
+        Ok::<_, Failure>((run, figures, checked))
     })?;
-    let mut runs: Vec<Run> = Vec::new();
+    let (mut runs, mut figures): (Vec<Run>, Vec<Figure>) = Default::default();
     let mut codes = Vec::new();
-    for (path, (run, checked)) in of.iter().zip(found) {
+    for (path, (run, of_run, checked)) in of.iter().zip(found) {
         codes.push(exit::reported(verdict_exit::finish(path, &checked, board)));
         runs.push(run);
+        figures.extend(of_run);
     }
     let title = match runs.as_slice() {
         [run] => format!("Run {}", run.name),
@@ -157,42 +162,58 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
         title,
         runs,
         claims: Vec::new(),
-        figures: Vec::new(),
+        figures,
         links: Vec::new(),
         provenance: !arguments.no_provenance,
     };
     Ok((study, codes))
 }
 
-/// Reads the sound part of a run's log.
+/// The figures of a recording on its page.
+const OF_RECORDING: [&str; 3] = ["lengths", "load", "noise"];
+
+/// Reads the sound part of a run's log, and draws the figures of a recording.
 fn run(
     name: &str,
     log: &Path,
     limits: Limits,
     accept: impl FnOnce(&Checked) -> Result<(), Failure>,
-) -> Result<(Run, Checked), Failure> {
-    let mut shown = None;
+) -> Result<(Run, Vec<Figure>, Checked), Failure> {
+    let mut figures = Vec::new();
     let begin = |log: &OpenLog| {
         // A log that ends early, or was salvaged without its scenario, has no parameters.
-        let (header, scenario) = (log.header(), log.needed_scenario()?);
-        let summarizer = Summarizer::new(name, header, Some(scenario));
-        shown = Some((header.clone(), scenario.clone()));
-        Ok((summarizer, PageCollector::new(header.steps, header.contacts(), limits)))
+        let (header, scenario) = (log.header(), log.shown_scenario()?);
+        let kinds =
+            OF_RECORDING.iter().filter(|_| header.sensors.is_some()).filter_map(|kind| Kind::find(kind));
+        figures = kinds
+            .map(|kind| kind.of_run(name, header, &scenario, &[]))
+            .collect::<Result<Vec<OneFigure>, String>>()?;
+        let required = figures.iter().fold(RequiredData::NOTHING, |all, of| all | of.required_data());
+        let collector =
+            Collector::of_log(name, header, &scenario, required)?.bounded(&PrecursorRules::default());
+        Ok((collector, PageCollector::new(header.steps, header.contacts(), limits)))
     };
-    let Reading { checked, observer: (summarizer, page), has_ruptures } =
+    let Reading { checked, observer: (collector, page), has_ruptures } =
         reading::once(log, &[], begin, accept)?;
-    let (header, scenario) = shown.expect("what is observed has begun");
+    let data = collector.finish(has_ruptures, checked.seen.end.as_ref());
+    let mut drawn: Vec<Figure> =
+        figures.iter().filter_map(|figure| embedded(figure, &[&data], vec![name.to_owned()])).collect();
+    // Of several recordings each figure has a place of its own.
+    drawn.iter_mut().for_each(|figure| figure.file.insert_str(0, &format!("{}-", name.replace('/', "-"))));
+    let RunData { run: RunEvents { header, scenario, summary, .. }, drops, noise, .. } = data;
     let run = Run {
         name: name.to_owned(),
-        summary: summarizer.finish(has_ruptures, checked.seen.end.as_ref()),
+        summary,
         collected: page.finish(),
+        drops,
+        noise,
         header,
         scenario,
         lacks: (!checked.verdict.holds_all()).then(|| checked.to_string()),
         note: asperity_runlog::note(log),
         links: Vec::new(),
     };
-    Ok((run, checked))
+    Ok((run, drawn, checked))
 }
 
 /// The record of a pipeline's folder.
@@ -223,7 +244,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let places: Vec<usize> = (0..logs.len()).collect();
     let runs = at_once(&places, None, |&place| {
         let (of, log) = (&recorded.runs[place], &logs[place]);
-        let (run, _) = run(&of.name, log, limits, |checked| verdict_exit::must_hold_all(log, checked))?;
+        let (run, ..) = run(&of.name, log, limits, |checked| verdict_exit::must_hold_all(log, checked))?;
         if run.header != of.run {
             return Err(Failure::BadInput(format!(
                 "{}: its run is not the run that {RECORD} names (accepted: the log that its tables were \

@@ -177,8 +177,10 @@ fn compare_logs<'a>(
             return Ok((found, None));
         }
     };
-    let may_use_cycles =
-        policy.window_s.is_none() && found.set_differently.iter().any(|setting| setting.shapes_motion);
+    let headers = logs.map(|log| &log.provenance.header);
+    let may_differ = headers.iter().any(|header| header.sensors.is_some())
+        || found.set_differently.iter().any(|setting| setting.shapes_motion);
+    let may_use_cycles = policy.window_s.is_none() && may_differ;
     let comparison = comparison(tables);
     let in_time = match ruptures::compare(comparison, tables) {
         Ok(ruptures) => ruptures,
@@ -201,8 +203,7 @@ fn compare_logs<'a>(
     // Where the drive pulls both ways, F_T is a difference, and the ratio is meaningless.
     let none = |number: &NumberChange| number.old.is_null() || number.new.is_null();
     if !found.summary.iter().any(|number| number.key == "largest_ft_fn" && none(number)) {
-        let blocks = logs.map(|log| log.provenance.header.contacts().columns());
-        ruptures.reached = ruptures::reached(tables, blocks);
+        ruptures.reached = ruptures::reached(tables, headers);
     }
     found.side_by_side = side_by_side::of(logs, tables, &found.set_differently, &ruptures);
     found.ruptures = Some(ruptures);

@@ -22,9 +22,9 @@ pub(crate) struct Precursors {
 }
 
 impl Precursors {
-    /// None if the number of blocks of a run is not known.
+    /// None if the number of blocks of a run is not known, and of a recording, whose sensors are no shares of the slider.
     pub(crate) fn of(run: &Run) -> Option<Precursors> {
-        let header = run.header()?;
+        let header = run.header().filter(|header| header.sensors.is_none())?;
         let (columns, growth) = (header.contacts().columns(), EventGrowth::new(header.blocks));
         Some(Precursors { columns, growth, count: 0, rows: BTreeMap::new() })
     }

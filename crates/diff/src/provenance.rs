@@ -57,6 +57,11 @@ pub fn between(
             new: Some(new),
         })
         .collect();
+    // The description of a recording has other keys than a scenario.
+    let [old, new] = sides.map(|side| side.header.sensors.is_some());
+    if old != new {
+        return Ok((Vec::new(), changes));
+    }
     let [old, new] = [keys(&sides[0].scenario_toml)?, keys(&sides[1].scenario_toml)?];
     let names: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
     let mut settings = Vec::new();

@@ -6,8 +6,8 @@ use std::path::Path;
 use asperity_model::Scenario;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{Collector, RunData};
-use asperity_numbers::{Summarizer, Summary};
-use asperity_record::{Event, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent};
+use asperity_numbers::{Summarizer, Summary, front_speeds_m_per_s};
+use asperity_record::{Event, LoadDrop, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent};
 
 use crate::column::Column;
 use crate::provenance::Provenance;
@@ -27,6 +27,10 @@ pub struct RunLog {
     pub ruptures: Option<Table>,
     /// Onsets of the ruptures of the whole slider, s, in order.
     pub global_s: Vec<f64>,
+    /// Speeds of fronts, m/s, towards either end.
+    pub fronts_m_per_s: Vec<f64>,
+    /// By how much `F_T / F_N` fell, in ruptures; in the load drops of a recording.
+    pub drops_ft_fn: Vec<f64>,
     /// The data of figures, if they are drawn.
     pub drawn: Option<RunData>,
 }
@@ -37,6 +41,8 @@ pub struct Summarized {
     events: Collected<SlipEvent>,
     ruptures: Collected<Rupture>,
     global_s: Vec<f64>,
+    fronts_m_per_s: Vec<f64>,
+    drops_ft_fn: Vec<f64>,
     /// Or why there is none: the comparison reports it.
     summarizer: Result<Summarizer, String>,
     drawn: Option<Collector>,
@@ -58,6 +64,8 @@ impl Summarized {
             events: Collected::new(parts),
             ruptures: Collected::new(parts),
             global_s: Vec::new(),
+            fronts_m_per_s: Vec::new(),
+            drops_ft_fn: Vec::new(),
             summarizer,
             drawn: drawn.and_then(|scenario| collector(scenario).ok()),
         }
@@ -74,6 +82,8 @@ impl Summarized {
             events: self.events.table,
             ruptures: has_ruptures.then_some(self.ruptures.table),
             global_s: self.global_s,
+            fronts_m_per_s: self.fronts_m_per_s,
+            drops_ft_fn: self.drops_ft_fn,
             drawn: self.drawn.map(|collector| collector.finish(has_ruptures, end)),
         }
     }
@@ -95,6 +105,17 @@ impl Observer for Summarized {
         } else if let Some(rupture) = event.get::<Rupture>() {
             self.ruptures.push(rupture);
             self.global_s.extend(rupture.reached_every_block.then_some(rupture.onset_s));
+            let header = &self.provenance.header;
+            let is_run = header.sensors.is_none();
+            // A front that outruns the grid is none; sensors have errors instead.
+            let wave_m_per_s = is_run.then(|| header.scales.wave_speed_m_per_s());
+            let fronts = front_speeds_m_per_s(rupture, header.contacts(), wave_m_per_s);
+            self.fronts_m_per_s.extend(fronts.into_iter().flatten());
+            self.drops_ft_fn
+                .extend(rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end).filter(|_| is_run));
+        } else if let Some(drop) = event.get::<LoadDrop>() {
+            self.drops_ft_fn
+                .extend(drop.ft_fn_before.zip(drop.ft_fn_after).map(|(before, after)| before - after));
         }
         if let Ok(summarizer) = &mut self.summarizer {
             summarizer.event(event);

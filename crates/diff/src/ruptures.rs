@@ -4,6 +4,7 @@
 use std::convert::Infallible;
 
 use asperity_numbers::{RuptureGrowth, median};
+use asperity_record::RunHeader;
 
 use crate::column::Column;
 use crate::matching;
@@ -54,7 +55,7 @@ pub(crate) fn compare(comparison: Comparison<'_>, sides: [&Table; 2]) -> Result<
 
 /// Loads at which ruptures from block 1 first reached given shares of the slider, for shares that one of
 /// the runs reached.
-pub(crate) fn reached(sides: [&Table; 2], blocks: [u32; 2]) -> Vec<LengthReached> {
+pub(crate) fn reached(sides: [&Table; 2], headers: [&RunHeader; 2]) -> Vec<LengthReached> {
     let growing = sides.map(|ruptures| {
         let mut growth = RuptureGrowth::default();
         for rupture in ruptures.rows() {
@@ -64,7 +65,7 @@ pub(crate) fn reached(sides: [&Table; 2], blocks: [u32; 2]) -> Vec<LengthReached
         growth
     });
     let load = |side: usize, share: f64| {
-        let enough = |to: u32| f64::from(to) >= share * f64::from(blocks[side]);
+        let enough = |to: u32| headers[side].length_ratio(to)[0] >= share;
         let first = growing[side].iter().find(|(to, _)| enough(*to));
         first.map(|(_, load)| *load).filter(|load| load.is_finite())
     };
@@ -158,7 +159,8 @@ mod tests {
         };
         let old = [at(0, [1, 30], 0.1), at(1, [40, 90], 0.2), at(2, [1, 50], 0.3), at(3, [1, 60], 0.4)];
         let sides = [sorted(&old), sorted(&old[..1])];
-        let loads: Vec<(f64, Option<f64>, Option<f64>)> = reached(sides.each_ref(), [100; 2])
+        let header = asperity_record::RunHeader { blocks: 100, ..asperity_testkit::run_header() };
+        let loads: Vec<(f64, Option<f64>, Option<f64>)> = reached(sides.each_ref(), [&header; 2])
             .iter()
             .map(|of| (of.lp_l, of.old_ft_fn, of.new_ft_fn))
             .collect();

@@ -48,6 +48,14 @@ impl Distribution {
     }
 }
 
+impl FromIterator<f64> for Distribution {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Distribution {
+        let mut distribution = Distribution::default();
+        values.into_iter().for_each(|value| distribution.add(value));
+        distribution
+    }
+}
+
 /// Both sides of a quantity, and the test.
 pub(crate) fn compare(old: &Distribution, new: &Distribution) -> Sample {
     Sample {
@@ -94,9 +102,7 @@ mod tests {
     use super::{Distribution, FEWEST, compare, tail};
 
     fn of(values: impl Iterator<Item = f64>) -> Distribution {
-        let mut distribution = Distribution::default();
-        values.for_each(|value| distribution.add(value));
-        distribution
+        values.collect()
     }
 
     /// Percentage points of Kolmogorov's distribution, as every table of it has them.

@@ -29,6 +29,7 @@ mod measured;
 mod moment_duration;
 mod moment_rates;
 mod moments;
+mod noise;
 pub mod of_one_run;
 pub mod of_study;
 mod overview;
@@ -43,6 +44,7 @@ mod stability_boundary;
 mod stress;
 mod study;
 mod text;
+mod traces;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -170,6 +172,12 @@ kinds! {
     "moment-duration" moment_duration: moment_duration::MomentDuration,
     /// Moment rates of the largest ruptures whose states are recorded, from the onset of each.
     "moment-rates" moment_rates: moment_rates::MomentRates,
+    /// What all sensors of a recording read about a rupture, each at its place along the slider, with arrivals, bars of
+    /// their errors, and the front of the speed that is fitted to them.
+    "traces" traces: traces::Traces,
+    /// Noise of the sensors of a recording, with the least steps that count and the steps that were seen: medians over
+    /// the parts of its stream, with bars over the middle half of them. In parts full of events it is larger.
+    "noise" noise: noise::Noise,
     /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
     /// recurrence times of its ruptures, and its first numbers.
     "overview" overview: overview::Overview,

@@ -13,6 +13,7 @@ pub(crate) mod implausible;
 pub(crate) mod key;
 pub mod keys;
 pub(crate) mod meaning;
+mod of_recording;
 pub(crate) mod profile;
 pub(crate) mod resolve;
 pub mod rows;

@@ -60,6 +60,8 @@ pub const DYNAMIC: &str = "μ_d";
 pub fn levels(run: &RunEvents) -> Vec<(f64, Role, &'static str)> {
     let friction = &run.plan.friction;
     match friction.law.rate_and_state() {
+        // Nobody knows those of a recording.
+        _ if run.is_measured() => Vec::new(),
         Some(law) => vec![(law.reference_coefficient, Role::Static, "f_0")],
         None => vec![
             (friction.static_coefficient, Role::Static, "μ_s"),

@@ -7,6 +7,8 @@
 //! neither independent nor even scatter. A dozen values hardly determine the covariances, so these may only
 //! increase an error, never reduce it.
 
+use std::fmt;
+
 use crate::median;
 
 /// A number and its standard error.
@@ -42,6 +44,16 @@ impl Estimate {
     /// The difference of two that are independent.
     pub fn minus(self, other: Estimate) -> Estimate {
         Estimate { value: self.value - other.value, error: self.error.hypot(other.error) }
+    }
+}
+
+/// Both to two digits of the error.
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Estimate { value, error } = self;
+        let decimals = (1.0 - error.log10().floor()).clamp(0.0, 9.0) as usize;
+        let text = format!("{value:.decimals$} ± {error:.decimals$}");
+        f.write_str(&text.replace('-', "\u{2212}"))
     }
 }
 

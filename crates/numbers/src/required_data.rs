@@ -38,6 +38,10 @@ pub struct RequiredData {
     pub velocities: Vec<Film>,
     /// The states at the onsets of precursors, beside those at their ends.
     pub precursor_onsets: bool,
+    /// Load drops and noise, of recordings.
+    pub measured: bool,
+    /// Ruptures of which the samples of all sensors are wanted, which recordings have.
+    pub traces: Vec<Film>,
 }
 
 /// Which rupture, where no number is given.
@@ -91,6 +95,8 @@ impl RequiredData {
             detachments,
             arrivals: false,
             precursor_onsets: false,
+            measured: false,
+            traces: Vec::new(),
             nodes_at_s: Vec::new(),
             films: Vec::new(),
             velocities: Vec::new(),
@@ -133,6 +139,8 @@ impl BitOrAssign for RequiredData {
         self.detachments |= other.detachments;
         self.arrivals |= other.arrivals;
         self.precursor_onsets |= other.precursor_onsets;
+        self.measured |= other.measured;
+        self.traces.extend(other.traces);
         self.nodes_at_s.extend(other.nodes_at_s);
         self.films.extend(other.films);
         self.velocities.extend(other.velocities);

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
-    Arrival, Direction, Event, FieldRecord, Observer, Record, RunEnd, RunHeader, Rupture, SlipEvent,
-    StepRecord, WindowRecord,
+    Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
+    SlipEvent, StepRecord, TraceRecord, WindowRecord,
 };
 
 use crate::growth::EventGrowth;
@@ -120,6 +120,12 @@ pub struct RunData {
     /// The velocities of all contacts in the states that were computed again, by step, if asked for; nothing else of
     /// these states.
     pub velocities: Vec<WindowRecord>,
+    /// The load drops of a recording, if asked for.
+    pub drops: Vec<LoadDrop>,
+    /// The noise of its sensors, likewise.
+    pub noise: Vec<Noise>,
+    /// What sensors read about the ruptures of which samples are wanted.
+    pub traces: Vec<TraceRecord>,
 }
 
 impl Deref for RunData {
@@ -280,6 +286,11 @@ impl RunEvents {
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
     }
 
+    /// Whether it is the recording of a laboratory: its scenario is a [stand-in](Scenario::of_recording).
+    pub fn is_measured(&self) -> bool {
+        self.header.sensors.is_some()
+    }
+
     /// Number of contacts along the sliding direction: of blocks, where they lie in a single row.
     pub fn columns(&self) -> u32 {
         self.header.contacts().columns()
@@ -325,6 +336,8 @@ pub struct Collector {
     bounded: Vec<(u32, EventGrowth)>,
     /// How many loads are held at most before they are [`thinned`].
     most_loads: usize,
+    /// The ruptures whose samples are kept, once these are known.
+    traced: Vec<u64>,
 }
 
 /// Most loads of which a bounded collector keeps all.
@@ -353,7 +366,8 @@ impl Collector {
     pub fn new(name: &str, header: RunHeader, scenario: Scenario, required: RequiredData) -> Collector {
         let plan = Plan::new(&scenario);
         let states = States::new(header.blocks, &required);
-        let summarizer = Summarizer::new(name, &header, Some(&scenario));
+        let known = header.sensors.is_none().then_some(&scenario);
+        let summarizer = Summarizer::new(name, &header, known);
         let run = RunEvents {
             name: name.to_owned(),
             switches: vec![None; header.blocks as usize],
@@ -376,8 +390,11 @@ impl Collector {
             arrivals: Vec::new(),
             nodes: Vec::new(),
             velocities: Vec::new(),
+            drops: Vec::new(),
+            noise: Vec::new(),
+            traces: Vec::new(),
         };
-        Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX }
+        Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX, traced: Vec::new() }
     }
 
     /// Keeps data that do not grow with the number of events, for the precursors by these rules and for figures of the
@@ -401,7 +418,7 @@ impl Collector {
         required: RequiredData,
     ) -> Result<Collector, String> {
         // From here on, blocks and steps are those of the header.
-        if scenario.hash() != header.scenario_hash {
+        if header.sensors.is_none() && scenario.hash() != header.scenario_hash {
             return Err(format!(
                 "scenario.toml has the hash {}, metadata `run` says {}",
                 scenario.hash(),
@@ -444,6 +461,9 @@ impl Collector {
     /// has passed, computes them and passes them to [`Collector::nodes`]. For a chain those of velocities alone.
     pub fn nodes_at_s(&self) -> Vec<f64> {
         let RunData { run, kept, .. } = &self.run;
+        if run.is_measured() {
+            return Vec::new();
+        }
         // Of a rupture that the run lacks the figure says so.
         let of = |films: &[Film]| films.iter().filter_map(|film| film.times_s(run).ok()).flatten().collect();
         let mut all: Vec<f64> = of(&kept.velocities);
@@ -451,6 +471,15 @@ impl Collector {
             all.extend(kept.nodes_at_s.iter().copied().chain(of(&kept.films)));
         }
         all
+    }
+
+    /// Whether samples of sensors about ruptures are wanted. Which ruptures is known once the run has passed, so the
+    /// caller then passes the samples of its log again.
+    pub fn wants_traces(&mut self) -> bool {
+        let RunData { run, kept, .. } = &self.run;
+        let ruptures = kept.traces.iter().filter_map(|film| film.rupture(run).ok());
+        self.traced = ruptures.map(|rupture| rupture.rupture).collect();
+        !self.traced.is_empty()
     }
 
     /// Takes the nodes at one of these times, of a later step than the last.
@@ -501,6 +530,10 @@ impl Observer for Collector {
                 let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
                 of.push(record.clone());
             }
+            Record::Traces(record) if self.traced.contains(&record.rupture) => {
+                self.run.traces.push(record.clone());
+            }
+            Record::Row(row) if self.run.kept.measured => self.run.noise.extend(row.values.get().cloned()),
             _ => {}
         }
     }
@@ -520,22 +553,21 @@ impl Observer for Collector {
             self.run.ruptures.get_or_insert_default().extend(is_kept.then(|| rupture.clone()));
         } else if let Some(arrival) = event.get::<Arrival>().filter(|_| self.run.kept.arrivals) {
             self.run.arrivals.push(arrival.clone());
+        } else if let Some(drop) = event.get::<LoadDrop>().filter(|_| self.run.kept.measured) {
+            self.run.drops.push(drop.clone());
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{
-        Direction, Event, FieldRecord, Observer, Record, SlipEvent, StepRecord, WindowRecord,
-    };
-    use asperity_testkit::{quiet_step, slip_event, switch};
+    use asperity_record::{Direction, Event, Observer, Record, SlipEvent, WindowRecord};
+    use asperity_testkit::{quiet_step, slip_event};
 
     use super::{Collector, Load, PARTS, thinned};
     use crate::made_up;
     use crate::precursors::{self, PrecursorRules};
     use crate::required_data::RequiredData;
-    use crate::states::States;
 
     #[test]
     fn of_switches_there_stay_the_first_and_the_last_of_each_block() {
@@ -630,62 +662,5 @@ mod tests {
         let run = collector.finish(false, None);
         assert_eq!((run.windows.len(), run.rupture_fields.len()), (1, 2));
         assert_eq!((run.windows[0].first_block, run.rupture_fields[0].first_block), (2, 1));
-    }
-
-    fn state(step: u64, displacement_m: f64) -> FieldRecord {
-        FieldRecord {
-            step,
-            time_s: step as f64,
-            displacement_m: vec![displacement_m; 3],
-            velocity_m_per_s: vec![0.0; 3],
-            tangential_force_n: vec![0.0; 3],
-            normal_load_n: Vec::new(),
-            stick_position_m: vec![0.0; 3],
-            detached: vec![0; 3],
-            ..FieldRecord::default()
-        }
-    }
-
-    /// However many events there are, no more states stay than there are precursors, whether an
-    /// event arrives before the state at its end or after it.
-    #[test]
-    fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
-        for event_first in [false, true] {
-            let mut states = States::new(
-                3,
-                &(RequiredData { states_near_s: vec![24.6], ..RequiredData::STATES } | RequiredData::NOTHING),
-            );
-            states.state(&state(0, -2.0));
-            for event in 0..1000u64 {
-                let (onset, end) = (10 * event + 2, 10 * event + 5);
-                let step = |step: u64, sliding| StepRecord {
-                    sliding,
-                    switches: vec![switch(1, Direction::Detach)],
-                    ..quiet_step(step, step as f64, 0.0)
-                };
-                // Event 1 has one more block, event 500 all three.
-                let last = if event >= 500 { 3 } else { 1 + event.min(1) as u32 };
-                let slip = slip_event(onset, end, 1..=last);
-                states.step(&step(onset, 1));
-                states.state(&state(onset, 0.0));
-                states.state(&state(onset + 1, 0.5));
-                states.step(&step(end, 0));
-                if event_first {
-                    states.slip(&slip);
-                }
-                states.state(&state(end, 0.0));
-                if !event_first {
-                    states.slip(&slip);
-                }
-            }
-            states.end();
-            assert_eq!(states.first().unwrap().displacement_m[0], -2.0);
-            assert_eq!(states.at_first_onset().unwrap().step, 2);
-            let kept: Vec<u64> =
-                (0..10_010).filter(|step| states.at_precursor_end(*step).is_some()).collect();
-            assert_eq!(kept, [5, 15, 5005]);
-            assert_eq!(states.largest_displacement_m, Some(0.5));
-            assert_eq!(states.near(24.6).unwrap().step, 25);
-        }
     }
 }

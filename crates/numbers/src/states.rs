@@ -150,3 +150,69 @@ impl States {
         self.displacements.get(&block).map_or(&[], Vec::as_slice)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Direction, FieldRecord, StepRecord};
+    use asperity_testkit::{quiet_step, slip_event, switch};
+
+    use super::States;
+    use crate::required_data::RequiredData;
+
+    fn state(step: u64, displacement_m: f64) -> FieldRecord {
+        FieldRecord {
+            step,
+            time_s: step as f64,
+            displacement_m: vec![displacement_m; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![0.0; 3],
+            normal_load_n: Vec::new(),
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+            ..FieldRecord::default()
+        }
+    }
+
+    /// However many events there are, no more states stay than there are precursors, whether an
+    /// event arrives before the state at its end or after it.
+    #[test]
+    fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
+        for event_first in [false, true] {
+            let mut states = States::new(
+                3,
+                &(RequiredData { states_near_s: vec![24.6], ..RequiredData::STATES } | RequiredData::NOTHING),
+            );
+            states.state(&state(0, -2.0));
+            for event in 0..1000u64 {
+                let (onset, end) = (10 * event + 2, 10 * event + 5);
+                let step = |step: u64, sliding| StepRecord {
+                    sliding,
+                    switches: vec![switch(1, Direction::Detach)],
+                    ..quiet_step(step, step as f64, 0.0)
+                };
+                // Event 1 has one more block, event 500 all three.
+                let last = if event >= 500 { 3 } else { 1 + event.min(1) as u32 };
+                let slip = slip_event(onset, end, 1..=last);
+                states.step(&step(onset, 1));
+                states.state(&state(onset, 0.0));
+                states.state(&state(onset + 1, 0.5));
+                states.step(&step(end, 0));
+                if event_first {
+                    states.slip(&slip);
+                }
+                states.state(&state(end, 0.0));
+                if !event_first {
+                    states.slip(&slip);
+                }
+            }
+            states.end();
+            assert_eq!(states.first().unwrap().displacement_m[0], -2.0);
+            assert_eq!(states.at_first_onset().unwrap().step, 2);
+            let kept: Vec<u64> =
+                (0..10_010).filter(|step| states.at_precursor_end(*step).is_some()).collect();
+            assert_eq!(kept, [5, 15, 5005]);
+            assert_eq!(states.largest_displacement_m, Some(0.5));
+            assert_eq!(states.near(24.6).unwrap().step, 25);
+        }
+    }
+}

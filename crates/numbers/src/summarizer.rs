@@ -103,7 +103,8 @@ impl Summarizer {
         self.last_step = record.step;
         let force_n = (record.step, record.driving_force_n);
         self.driving_forces_n = Some([self.driving_forces_n.map_or(force_n, |[first, _]| first), force_n]);
-        self.energy = Some(record.energy);
+        // No sensor measures energies.
+        self.energy = self.header.sensors.is_none().then_some(record.energy);
         self.records += 1;
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
@@ -189,8 +190,7 @@ impl Summarizer {
 
     /// `L_p / L` of the precursors.
     pub(crate) fn lengths(&self) -> Vec<f64> {
-        let columns = self.header.contacts().columns();
-        self.precursors().map(|rupture| rupture.reach().length_ratio(columns)).collect()
+        self.precursors().map(|rupture| self.header.length_ratio(rupture.last_block)[0]).collect()
     }
 
     /// `L_p / L` of the precursors, and `F_T / F_N` at the onset minus the length law.

@@ -90,6 +90,17 @@ impl RunHeader {
         }
     }
 
+    /// `L_p / L` of what reached this column of blocks, or sensor, and its standard error, which only sensors have.
+    pub fn length_ratio(&self, last: u32) -> [f64; 2] {
+        let behind =
+            self.sensors.as_ref().and_then(|sensors| Some((sensors.behind_m(last)?, sensors.length_m)));
+        match behind {
+            // Anywhere before the next sensor is as likely.
+            Some(([middle_m, gap_m], length_m)) => [middle_m / length_m, gap_m / 12f64.sqrt() / length_m],
+            None => [f64::from(last) / f64::from(self.contacts().columns()), 0.0],
+        }
+    }
+
     /// The grid of this run's time steps.
     pub fn time_grid(&self) -> TimeGrid {
         TimeGrid::new(self.time_step_s)

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::payload;
 
 /// The sensors of a recording, each a block.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensors {
     /// Length of the slider, m.
@@ -15,6 +15,10 @@ pub struct Sensors {
     pub x_m: Vec<f64>,
     /// Whether they measure slip.
     pub are_of_slip: bool,
+    /// Least size of a step that counts, in scatters of the noise of its sensor.
+    pub threshold: f64,
+    /// Least size of a step that counts whatever the noise, in the unit of the sensors.
+    pub least_step: f64,
 }
 
 impl Sensors {
@@ -27,6 +31,11 @@ impl Sensors {
     pub fn behind_m(&self, sensor: u32) -> Option<[f64; 2]> {
         let (x_m, next_m) = (self.x_m(sensor)?, self.x_m(sensor + 1).unwrap_or(self.length_m));
         Some([(x_m + next_m) / 2.0, next_m - x_m])
+    }
+
+    /// The least size of a step that counts where the noise of a sensor has this scatter, in the unit of the sensors.
+    pub fn least_step(&self, sigma: f64) -> f64 {
+        (self.threshold * sigma).max(self.least_step)
     }
 
     /// The length of the slider that is nearer to a sensor than to any other, m; none if only forces are recorded.

@@ -272,7 +272,7 @@ impl Recording {
 
     /// The header of the log, without code version and run id.
     pub fn header(&self, inputs: &BTreeMap<String, Input>) -> RunHeader {
-        let Description { text, name, slider, .. } = &self.description;
+        let Description { text, name, slider, detection, .. } = &self.description;
         let x_m = self.description.positions_m();
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());
@@ -301,6 +301,8 @@ impl Recording {
                 length_m: slider.length_m.0,
                 x_m,
                 are_of_slip: self.description.contact_role() == Some(Role::Slip),
+                threshold: detection.threshold(),
+                least_step: detection.least_step.map_or(0.0, |step| step.0),
             }),
         }
     }

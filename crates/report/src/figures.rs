@@ -84,11 +84,12 @@ impl Figure {
         let said = beside(&about);
         let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
         let image = match &self.picture {
-            Some(picture) => format!(
-                "<a href=\"{}\"><img alt=\"{}\" src=\"{picture}\"></a>",
-                text(&self.file),
-                text(self.alternative())
-            ),
+            Some(picture) => {
+                // One that is in no folder is on the page alone.
+                let is_file = self.file.contains('/');
+                let link = if is_file { format!(" href=\"{}\"", text(&self.file)) } else { String::new() };
+                format!("<a{link}><img alt=\"{}\" src=\"{picture}\"></a>", text(self.alternative()))
+            }
             None => "<p class=\"soft\">This figure is not there.</p>".to_owned(),
         };
         let name = self.name();

@@ -39,6 +39,7 @@ mod figures;
 pub mod html;
 mod index;
 mod lattice_sketch;
+mod measured;
 mod over_area;
 mod page;
 mod page_collector;

@@ -13,7 +13,7 @@ use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::symbols::number;
 use crate::verdict::verdict;
-use crate::{figures, over_area, runs};
+use crate::{figures, measured, over_area, runs};
 
 /// Additions to the look of all pages: figures, sketches, and what else is only in reports.
 pub const STYLE: Part =
@@ -23,26 +23,31 @@ const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
 impl Study {
     /// The page.
     pub fn html(&self) -> String {
-        let asked: Vec<Parameters> = self.runs.iter().map(|run| Parameters::of(&run.scenario)).collect();
-        let differing = differing(&asked);
-        let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
+        let asked: Vec<Parameters> = self.runs.iter().map(Parameters::of_run).collect();
+        let of_sketch =
+            |run: &Run| if run.header.parts().recording { String::new() } else { sketch(&run.scenario) };
+        let sketches: Vec<String> = self.runs.iter().map(of_sketch).collect();
+        let simulated = || self.runs.iter().filter(|run| !run.header.parts().recording);
+        let differing = differing(&simulated().map(Parameters::of_run).collect::<Vec<_>>());
         let shared =
             if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
-        let what = match (sketches.first(), asked.first()) {
-            (Some(sketch), Some(first)) => format!(
+        let what = match self.runs.iter().position(|run| !run.header.parts().recording) {
+            Some(first) => format!(
                 "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
-                parameter_table::main(first, &differing),
-                derived::list(self.runs.iter().map(|run| &run.scenario)),
+                parameter_table::main(&asked[first], &differing),
+                derived::list(simulated().map(|run| &run.scenario)),
                 self.other_models(&sketches),
-                parameters(first, &differing)
+                parameters(&asked[first], &differing),
+                sketch = sketches[first],
             ),
-            _ => String::new(),
+            None => String::new(),
         };
         let pair = runs::pair(&self.runs);
         let details = runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches);
         let result = figures::result(&self.figures, &self.claims);
         let rest = [
             ("Score", claims::scores(&self.claims)),
+            ("What was measured", measured::section(&self.runs)),
             ("What was asked", what),
             ("Figures", figures::further(&self.figures, &self.claims)),
         ];
@@ -80,7 +85,7 @@ impl Study {
         let kinds: Vec<_> = self.runs.iter().map(|run| kind(&run.scenario)).collect();
         let mut out = String::new();
         for (place, one) in kinds.iter().enumerate() {
-            if place > 0 && !kinds[..place].contains(one) {
+            if place > 0 && !kinds[..place].contains(one) && !self.runs[place].header.parts().recording {
                 let same = self.runs.iter().zip(&kinds).filter(|(_, kind)| *kind == one);
                 out += &format!(
                     "<figure>{}<figcaption>The model of {}.</figcaption></figure>\n",

@@ -7,6 +7,7 @@ use asperity_record::unit_of;
 use toml::Value;
 
 use crate::html::markup::{self, Cell, Row, table, text};
+use crate::study::Run;
 use crate::symbols::{lettered, number, rounded, symbol};
 
 /// The keys of a scenario with their values, in the order of the key table.
@@ -19,6 +20,11 @@ impl Parameters {
     /// Those of a scenario, without keys that its friction law does not use.
     pub(crate) fn of(scenario: &Scenario) -> Parameters {
         Parameters(scenario.stated().filter(|(key, _)| !NAMES.contains(&key.path)).collect())
+    }
+
+    /// Those of a run; none of a recording.
+    pub(crate) fn of_run(run: &Run) -> Parameters {
+        if run.header.parts().recording { Parameters(Vec::new()) } else { Parameters::of(&run.scenario) }
     }
 
     /// Whether a key concerns something that another one disables.

@@ -44,7 +44,7 @@
   };
 
   // Over an area, fronts are shown by the columns of contacts along the slider.
-  const places = () => (run.rows ? "columns" : "blocks");
+  const places = () => (run.rows ? "columns" : run.sensors ? "sensors" : "blocks");
 
   function words(k) {
     const r = ruptures[k], what = r[OPEN] ? `${WORDS[r[KIND]]}, open at the end of the run` : WORDS[r[KIND]];

@@ -43,6 +43,9 @@ struct Known<'a> {
     /// How many rows of contacts there are, over an area.
     #[serde(skip_serializing_if = "Option::is_none")]
     rows: Option<u32>,
+    /// Whether they are the sensors of a recording.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    sensors: bool,
     /// Length of a step, s.
     dt: f64,
     /// The last step that went by: a run may stop before it was planned to, and a log break off.
@@ -106,11 +109,14 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         name: &run.name,
         blocks: contacts.columns(),
         rows: contacts.is_area().then(|| contacts.rows()),
+        sensors: run.header.parts().recording,
         dt: run.header.time_step_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
-        lines: if run.scenario.has_state() {
+        lines: if run.header.parts().recording {
+            Vec::new()
+        } else if run.scenario.has_state() {
             vec![("f_0", friction.reference_coefficient)]
         } else {
             vec![("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)]
@@ -280,7 +286,7 @@ pub(crate) fn details(
         body += &beside(&own);
         body += &over_area::figure(run);
         body += &widest(run);
-        body += &numbers(&run.summary);
+        body += &numbers(run);
         body += &links(&run.links);
         let part =
             if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };
@@ -312,7 +318,7 @@ fn in_short(summary: &Summary) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The widest ruptures in words, for those without scripts and for print.
+/// The widest ruptures in words, for those without scripts and for print; of a recording with lengths and errors.
 fn widest(run: &Run) -> String {
     let mut widest: Vec<&CollectedRupture> = run.collected.ruptures.iter().collect();
     widest.sort_by_key(|seen| std::cmp::Reverse(seen.rupture.slipped()));
@@ -320,25 +326,38 @@ fn widest(run: &Run) -> String {
     if widest.is_empty() {
         return String::new();
     }
+    let c_m_per_s = run.summary.wave_speed_m_per_s;
+    let over_c = |speed: Option<f64>| speed.zip(c_m_per_s).map(|(speed, c)| speed / c);
     let rows = widest.into_iter().map(|seen| {
         let rupture = &seen.rupture;
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
-        let speed = front_speed_m_per_s(rupture, run.header.contacts(), run.summary.wave_speed_m_per_s);
+        let speed = front_speed_m_per_s(rupture, run.header.contacts(), c_m_per_s);
+        let is_up = speed == rupture.front_speed_up_m_per_s;
+        let error =
+            if is_up { rupture.front_speed_up_error_m_per_s } else { rupture.front_speed_down_error_m_per_s };
+        let [length, length_error] = run.header.length_ratio(rupture.last_block);
         Row::from(vec![
             Cell::number(rupture.rupture),
             Cell::text(kind(seen).1),
             Cell::number(rupture.onset_s),
             Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
-            Cell::rounded(rupture.ft_fn_onset, 4),
-            Cell::rounded(drop.map(|drop| drop * 1e3), 3),
-            Cell::rounded(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), SPEED_DIGITS),
+            Cell::estimate(Some(rupture.ft_fn_onset), rupture.ft_fn_error, 4),
+            match run.header.parts().recording {
+                true => Cell::estimate(Some(length), Some(length_error), 3),
+                false => Cell::rounded(drop.map(|drop| drop * 1e3), 3),
+            },
+            Cell::estimate(over_c(speed), over_c(error), SPEED_DIGITS),
             Cell::rounded(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });
-    let ratio = format!("#{}", lettered("F_T/F_N"));
-    let places = if run.header.parts().area { "columns" } else { "blocks" };
-    let headings =
-        ["#rupture", "kind", "#onset (s)", places, &ratio, "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
+    let [ratio, length] = ["#F_T/F_N", "#L_p/L"].map(lettered);
+    let parts = run.header.parts();
+    let (places, fifth) = match (parts.recording, parts.area) {
+        (true, _) => ("sensors", &*length),
+        (_, true) => ("columns", "#drop (10⁻³)"),
+        _ => ("blocks", "#drop (10⁻³)"),
+    };
+    let headings = ["#rupture", "kind", "#onset (s)", places, &ratio, fifth, "#v/c", "#mean slip (µm)"];
     let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),
@@ -347,8 +366,8 @@ fn widest(run: &Run) -> String {
 }
 
 /// The numbers of a summary by their groups.
-fn numbers(summary: &Summary) -> String {
-    let known = Summary::KEYS.iter().zip(summary.values()).filter(|(_, value)| !value.is_null());
+fn numbers(run: &Run) -> String {
+    let known = Summary::KEYS.iter().zip(run.summary.values()).filter(|(_, value)| !value.is_null());
     let rows = known.map(|(key, value)| {
         let value = serde_json::from_value(value).expect("numbers of a summary are cells");
         Row::from(vec![
@@ -356,13 +375,17 @@ fn numbers(summary: &Summary) -> String {
             Cell::Html(lettered(&key.label())),
             Cell::of(&value, 6),
             Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
-            Cell::text(key.convergence.mark()),
+            Cell::text(if run.header.parts().recording { "" } else { key.convergence.mark() }),
         ])
     });
     format!(
         "<details><summary>All numbers of this run</summary>\n{}{}</details>\n",
         table("", "", &["of", "number", "#value", "unit", "worth"], rows),
-        what_marks_mean().lines().map(paragraph).collect::<String>()
+        what_marks_mean()
+            .lines()
+            .filter(|_| !run.header.parts().recording)
+            .map(paragraph)
+            .collect::<String>()
     )
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asperity_model::Scenario;
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
-use asperity_record::RunHeader;
+use asperity_record::{LoadDrop, Noise, RunHeader};
 
 use crate::figures::Figure;
 use crate::page_collector::Collected;
@@ -34,12 +34,16 @@ pub struct Run {
     pub name: String,
     /// Its header.
     pub header: RunHeader,
-    /// Its scenario.
+    /// Its scenario; of a recording [`Scenario::of_recording`].
     pub scenario: Scenario,
     /// Its numbers.
     pub summary: Summary,
     /// The data collected from it.
     pub collected: Collected,
+    /// Of a recording, its load drops and the noise of its sensors.
+    pub drops: Vec<LoadDrop>,
+    /// See [`Run::drops`].
+    pub noise: Vec<Noise>,
     /// The missing part, if its log is incomplete.
     pub lacks: Option<String>,
     /// What users noted in its log, by key.

@@ -1,6 +1,7 @@
 //! The main facts of a run: when it slipped, its precursors, the speed of its fronts, and the slider.
 
 use crate::html::markup::{counted, text};
+use crate::measured::fell;
 use crate::page_collector::CollectedRupture;
 use crate::study::Run;
 use crate::symbols::rounded;
@@ -11,7 +12,7 @@ pub(crate) fn verdict(run: &Run) -> String {
         ("first global slip", global_slip(run)),
         ("precursors", precursors(run)),
         ("front speed", front_speed(run)),
-        ("parameter set", slider(run)),
+        if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
     ];
     let rows = answers.map(|(question, [short, more])| {
         let more = if more.is_empty() { more } else { format!("<span>{more}</span>") };
@@ -29,20 +30,23 @@ const NO_RUPTURES: &str = "the log has no ruptures, and lacks some of the step r
 fn global_slip(run: &Run) -> [String; 2] {
     let summary = &run.summary;
     let symbol = if run.scenario.has_state() { "f<sub>0</sub>" } else { "μ<sub>d</sub>" };
-    let coefficient = format!("{symbol} = {}", rounded(run.scenario.mean_coefficients()[1], 4));
+    let coefficient = match run.header.parts().recording {
+        true => String::new(),
+        false => format!(", {symbol} = {}", rounded(run.scenario.mean_coefficients()[1], 4)),
+    };
     let ratio = "F<sub>T</sub>/F<sub>N</sub>";
     match (summary.first_global_rupture_onset_s, summary.global_rupture_count) {
         // By its digits and not by decimals: short runs slip within microseconds.
         (Some(onset_s), _) => {
             let load = summary
                 .first_global_rupture_ft_fn
-                .map(|load| format!("at {ratio} = {}, {coefficient}", rounded(load, 4)));
+                .map(|load| format!("at {ratio} = {}{coefficient}", rounded(load, 4)));
             let front = link(run, |seen| seen.rupture.reached_every_block);
             [format!("{} s", rounded(onset_s, 5)), [load.unwrap_or_default(), front].concat()]
         }
         (None, Some(_)) => {
             let reached = summary.largest_ft_fn.map_or_else(String::new, |load| {
-                format!("; {ratio} reached {}, {coefficient}", rounded(load, 4))
+                format!("; {ratio} reached {}{coefficient}", rounded(load, 4))
             });
             ["none".to_owned(), format!("in {} s{reached}", rounded(summary.simulated_s, 5))]
         }

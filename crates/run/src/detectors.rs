@@ -64,7 +64,7 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
     };
     let rows = if parts.area { 2 } else { 1 };
     let blocks = Contacts::in_rows(2 * rows, rows).expect("rows of two contacts");
-    let of_none = || Arc::new(Sensors { length_m: 1.0, x_m: Vec::new(), are_of_slip: true });
+    let of_none = || Arc::new(Sensors { length_m: 1.0, are_of_slip: true, ..Sensors::default() });
     let run = OfRun { blocks, links, parts, sensors: parts.recording.then(of_none) };
     let of_source = parts.recording.then(EventKind::of::<LoadDrop>);
     DETECTORS.iter().map(|(_, start)| start(run.clone()).emits()).chain(of_source).collect()

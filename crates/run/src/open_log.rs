@@ -1,6 +1,7 @@
 //! A log that has been opened: its header and scenario are known, and no record has been read. It is read once: checked,
 //! while its sound part passes to an observer.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -73,6 +74,17 @@ impl OpenLog {
     /// In words, if the log has lost it, or it cannot be understood.
     pub fn needed_scenario(&self) -> Result<&Scenario, String> {
         self.scenario()?.ok_or_else(|| "it has no attachment `scenario.toml`".to_owned())
+    }
+
+    /// The scenario, for what shows the run: of a recording, which has none, [`Scenario::of_recording`].
+    ///
+    /// # Errors
+    /// As [`OpenLog::needed_scenario`].
+    pub fn shown_scenario(&self) -> Result<Cow<'_, Scenario>, String> {
+        match self.header().sensors {
+            Some(_) => Ok(Cow::Owned(Scenario::of_recording(self.header(), self.scenario_toml()))),
+            None => self.needed_scenario().map(Cow::Borrowed),
+        }
     }
 
     /// Checks the scenario against the header, and returns its plan. By other code it may have meant something else, and

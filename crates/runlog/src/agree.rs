@@ -4,8 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, Onset,
-    Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, WindowRecord, magnitude,
+    Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
+    Onset, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -296,6 +296,7 @@ pub(crate) fn event(topic: &str, payload: &str, header: &RunHeader) -> Result<Ev
         Rupture::TOPIC => read::<Rupture>(payload, header),
         Arrival::TOPIC => read::<Arrival>(payload, header),
         GlobalSlip::TOPIC => read::<GlobalSlip>(payload, header),
+        LoadDrop::TOPIC => read::<LoadDrop>(payload, header),
         _ => {
             // An event of an unknown detector, which must still be a JSON object.
             serde_json::from_str::<Map<String, Value>>(payload)?;

@@ -29,6 +29,8 @@ const HAS_STATE: &str = "has_state";
 const SLIDER_LENGTH: &str = "slider_length_m";
 const SENSORS: &str = "sensors_at_m";
 const OF_SLIP: &str = "sensors_are_of_slip";
+const THRESHOLD: &str = "threshold";
+const LEAST_STEP: &str = "least_step";
 const CRC: &str = "crc32";
 const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
 const STOPPED: &str = "stopped";
@@ -42,11 +44,13 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     let grouped = ["scales", "sensors"];
     let fields = fields.into_iter().filter(|(key, _)| !grouped.contains(&key.as_str())).chain(scales);
     let mut map: BTreeMap<String, String> = fields.map(|(key, value)| (key, text_of(&value))).collect();
-    if let Some(Sensors { length_m, x_m, are_of_slip }) = &header.sensors {
+    if let Some(Sensors { length_m, x_m, are_of_slip, threshold, least_step }) = &header.sensors {
         let positions: Vec<String> = x_m.iter().map(f64::to_string).collect();
         map.insert(SLIDER_LENGTH.to_owned(), length_m.to_string());
         map.insert(SENSORS.to_owned(), positions.join(" "));
         map.insert(OF_SLIP.to_owned(), are_of_slip.to_string());
+        map.insert(THRESHOLD.to_owned(), threshold.to_string());
+        map.insert(LEAST_STEP.to_owned(), least_step.to_string());
     }
     let log_time = match header.time_grid().step_ns() {
         Some(step_ns) => format!("step * {step_ns} ns, exact"),
@@ -162,7 +166,10 @@ fn sensors_from_map(map: &Reader<'_>) -> Result<Option<Sensors>, MetadataError> 
     let x_m = positions.ok().filter(is_sound);
     let accepted = "ascending positions on the slider, one for each block";
     let x_m = x_m.ok_or_else(|| map.invalid(SENSORS, accepted))?;
-    Ok(Some(Sensors { length_m, x_m, are_of_slip: map.parse(OF_SLIP, "true or false")? }))
+    let are_of_slip = map.parse(OF_SLIP, "true or false")?;
+    let threshold = map.positive(THRESHOLD)?;
+    let least_step = map.number(LEAST_STEP, "a number from 0", |value| value >= 0.0)?;
+    Ok(Some(Sensors { length_m, x_m, are_of_slip, threshold, least_step }))
 }
 
 pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {

@@ -268,10 +268,7 @@ pub(super) fn distributions(of: &SideBySide) -> Vec<Block> {
         let [old, new] = of.counts;
         sample(quantity, of, format!("{}, n = {old} and {new}", reading::test(of)))
     };
-    let rows = vec![
-        tested("sizes below the whole slider, blocks", &of.sizes_blocks),
-        tested("onset to onset, s", &of.times_s),
-    ];
+    let rows: Vec<Row> = of.quantities.iter().map(|(quantity, sample)| tested(quantity, sample)).collect();
     let words = format!(
         "ruptures from the first global slip on, or all of a run without one; {} test of one distribution:",
         KolmogorovSmirnov::NAME

@@ -3,7 +3,7 @@
 use asperity_numbers::curve::Role;
 use asperity_numbers::curve_list;
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::RunData;
+use asperity_numbers::run_data::{Load, NotKept, RunData};
 use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -236,7 +236,23 @@ pub(super) fn wave_speed_name(run: &RunData) -> &'static str {
 
 /// What places along the slider are called on an axis: columns of contacts over an area.
 pub(super) fn place_name(run: &RunData) -> &'static str {
-    if run.of_one_row().is_some() { "block n" } else { "column i" }
+    match run.of_one_row() {
+        Some(run) if run.is_measured() => "sensor j",
+        Some(_) => "block n",
+        None => "column i",
+    }
+}
+
+/// What the load of a run is called on an axis: of a recording without normal force, which counts as 1 N, `F_T` alone.
+///
+/// # Errors
+/// In words, of a recording without any force, and if loads were not kept.
+pub(super) fn load_name(run: &RunData) -> Result<&'static str, String> {
+    let all = |is: fn(&Load) -> bool| Ok::<_, NotKept>(run.is_measured() && run.loads()?.iter().all(is));
+    if all(|load| load.driving_force_n == 0.0)? {
+        return Err(format!("run {} has no forces", run.name));
+    }
+    Ok(if all(|load| load.normal_load_n == 1.0)? { "F_T (N)" } else { "F_T/F_N" })
 }
 
 /// How lines look that are not measured.

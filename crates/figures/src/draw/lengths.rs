@@ -13,10 +13,10 @@ use asperity_record::Rupture;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, keys, of_runs_in, overlaid};
+use super::kind::{Figure, keys, load_name, of_runs_in, overlaid};
 use super::rupture_selector::no_ruptures;
 use super::scale::Scale;
-use super::sheet::{BLUE, Dash, INK, Layer, Marker, Pen, Point, Shape, Sheet};
+use super::sheet::{BLUE, Dash, INK, Layer, Marker, Panel, Pen, Point, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -26,7 +26,7 @@ keys! {
     /// creeps, one slip event may reach across it that is made of many ruptures.
     #[serde(default)]
     of: Of,
-    /// The law drawn as a line; slabs, sheets and bodies have none.
+    /// The law drawn as a line; slabs, sheets, bodies and recordings have none.
     law: Option<LengthLaw>,
     /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `F_T/F_N` and `L_p/L`,
     /// each optionally with a column NAME_error. Its path is relative to this file.
@@ -47,12 +47,15 @@ enum Of {
 }
 
 impl Of {
-    /// Precursors and the global slip that ends the list: the step of the onset, the load there, the farthest column,
-    /// and how many contacts slid.
-    fn found(self, run: &RunData) -> Result<Vec<(u64, f64, u32, u32)>, String> {
-        let of_rupture = |of: &Rupture| (of.onset_step, of.ft_fn_onset, of.last_block, of.slipped());
-        let of_slip =
-            |of: Precursor<'_>| (of.start.onset_step, of.start.ft_fn_onset, of.last_block, of.blocks_slipped);
+    /// Precursors and the global slip that ends the list: the step of the onset, the load there with its error, the
+    /// farthest column, and how many contacts slid.
+    fn found(self, run: &RunData) -> Result<Vec<(u64, [f64; 2], u32, u32)>, String> {
+        let load = |ft_fn: f64, error: Option<f64>| [ft_fn, error.unwrap_or(0.0)];
+        let of_rupture =
+            |of: &Rupture| (of.onset_step, load(of.ft_fn_onset, of.ft_fn_error), of.last_block, of.slipped());
+        let of_slip = |of: Precursor<'_>| {
+            (of.start.onset_step, load(of.start.ft_fn_onset, None), of.last_block, of.blocks_slipped)
+        };
         let ruptures = || precursors::among_ruptures(run, &PrecursorRules::default());
         match self {
             Of::SlipEvents => Ok(precursors::one_by_one(run).into_iter().map(of_slip).collect()),
@@ -78,15 +81,18 @@ impl Figure for Lengths {
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         let parameters = LengthLawParameters::of(&run.scenario);
-        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario));
+        let law = self.law.filter(|_| LengthLaw::are_known(&run.scenario) && !run.is_measured());
         let law = law.map_or_else(Vec::new, |law| course(law, &parameters, 400));
         let found = self.of.found(run)?;
         let share = |part: u32, all: u32| f64::from(part) / f64::from(all);
-        let points: Vec<Point> = found.iter().map(|of| (of.1, share(of.2, run.columns()))).collect();
+        let measured: Vec<_> = found.iter().map(|of| [of.1, run.header.length_ratio(of.2)]).collect();
+        let points: Vec<Point> = measured.iter().map(|[load, length]| (load[0], length[0])).collect();
         let from_steps = found.iter().map(|found| found.0).zip(points.iter().copied());
-        let area = |(_, load, _, count): &(_, _, _, u32)| (*load, share(*count, run.header.blocks));
+        let area =
+            |(_, [load, _], _, count): &(_, [f64; 2], _, u32)| (*load, share(*count, run.header.blocks));
         let areas = found.iter().filter(|_| run.of_one_row().is_none()).map(area).collect();
-        let mut layers = vec![pen.called("").discs(areas)];
+        let (x, y) = (Scale::free(load_name(run)?), Scale::between("L_p/L", 0.0, 1.08));
+        let mut layers = vec![pen.called("").discs(areas), Layer::bars(&measured, [&x, &y], pen.look.2)];
         let hold_step = run.plan.drive.hold_from_step;
         match hold_step {
             Some(hold_step) => layers.extend(beside_hold(run, hold_step, from_steps, &law)?),
@@ -94,14 +100,17 @@ impl Figure for Lengths {
         }
         layers.retain(|layer| !layer.points().is_empty());
         layers.extend(hold_step.is_none().then(|| pen.marks(points)));
-        Ok(Sheet::single(Scale::free("F_T/F_N"), Scale::between("L_p/L", 0.0, 1.08), layers))
+        Ok(Sheet::single(x, y, layers))
     }
 
     fn together(&self, parts: Vec<Sheet>) -> Result<Sheet, String> {
-        let mut layers = overlaid(parts).panels.remove(0).layers;
-        let has = |is: fn(&Shape) -> bool| layers.iter().any(|layer| is(&layer.shape));
-        let is_over_area = has(|shape| matches!(shape, Shape::Discs(..)));
-        if let (Some(law), false) = (self.law, has(|shape| matches!(shape, Shape::Line(..)))) {
+        let Panel { mut layers, x, .. } = overlaid(parts).panels.remove(0);
+        let is_over_area = layers.iter().any(|layer| matches!(layer.shape, Shape::Discs(..)));
+        // Bars of errors have no row in the legend.
+        let (bars, lines): (Vec<&Layer>, Vec<&Layer>) = (layers.iter())
+            .filter(|layer| matches!(layer.shape, Shape::Line(..)))
+            .partition(|line| line.label.is_empty());
+        if let (Some(law), true) = (self.law, lines.is_empty()) {
             return Err(format!(
                 "law = {} has no line: {} is that of a chain, and no run is of one (accepted: no law, or a run of a \
                  chain)",
@@ -109,13 +118,14 @@ impl Figure for Lengths {
                 law.label()
             ));
         }
-        let of_law = self.law.map(|law| format!("marks: simulated, lines: {}", law.label()));
+        let marks = if bars.is_empty() { "marks: simulated, " } else { "" };
+        let of_law = self.law.map(|law| format!("{marks}lines: {}", law.label()));
         let of_areas = is_over_area.then(|| "discs: A_p/A".to_owned());
         let note: Vec<String> = of_law.into_iter().chain(of_areas).collect();
         // Curves first, so that marks lie on top of them.
         layers.sort_by_key(|layer| matches!(layer.shape, Shape::Marks(..)));
         let longest = layers.iter().flat_map(Layer::points).fold(0.0, |longest: f64, at| longest.max(at.0));
-        let x = Scale::between("F_T/F_N", 0.0, longest * 1.06);
+        let x = Scale::between(&x.label(), 0.0, longest * 1.06);
         let y = Scale::between(if is_over_area { "L_p/L, A_p/A" } else { "L_p/L" }, 0.0, 1.08);
         Ok(Sheet::single(x, y, layers).noted(&note.join(", ")))
     }

@@ -1,16 +1,17 @@
 //! `F_T / F_N` against time: of one run with the friction coefficients and, where there is one, the theory
 //! of its rise, and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
-//! to 6.12); or the curves of several runs alone.
+//! to 6.12); or the curves of several runs alone. Of a recording both forces, with its load drops.
 
 use std::collections::BTreeSet;
 
 use asperity_model::theory::analytic::LoadCurve;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{self, RunData};
+use asperity_record::{LoadDrop, counted};
 
-use super::kind::{Figure, Labelled, keys, levels, not_both, one_or_several};
+use super::kind::{Figure, Labelled, keys, levels, load_name, not_both, one_or_several};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, Shape, Sheet};
+use super::sheet::{Dash, GREEN, INK, Layer, Panel, Pen, RED, Shape, Sheet};
 use crate::spec::{Measured, MeasuredFile};
 
 keys! {
@@ -37,6 +38,9 @@ const PARTS: f64 = 600.0;
 /// Radius of the dots of later slips, in pixels.
 const DOT_RADIUS: f64 = 3.5;
 
+/// Radius of the dots where load drops begin, in pixels.
+const DROP_RADIUS: f64 = 6.0;
+
 impl Figure for Load {
     fn runs(&self) -> Vec<(&str, Pen<'_>)> {
         one_or_several(&self.run, &self.series)
@@ -48,7 +52,7 @@ impl Figure for Load {
     }
 
     fn required_data(&self) -> RequiredData {
-        RequiredData::LOADS
+        RequiredData { measured: true, ..RequiredData::LOADS }
     }
 
     fn measured(&self) -> Result<Option<Measured>, String> {
@@ -63,7 +67,10 @@ impl Figure for Load {
         if self.series.len() > 1 {
             // Steep teeth are lost in dashes.
             let curve = Layer::line(pen.label, load, Dash::Solid, pen.look.2);
-            return Ok(Sheet::single(Scale::tight("t (s)"), Scale::free("F_T/F_N"), vec![curve]));
+            return Ok(Sheet::single(Scale::tight("t (s)"), Scale::free(load_name(run)?), vec![curve]));
+        }
+        if run.is_measured() {
+            return forces(run, duration_s);
         }
         let simulated = Layer::line("F_T/F_N", load, Dash::Solid, INK);
         // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
@@ -100,6 +107,30 @@ impl Figure for Load {
         let lower = Panel::new(x, y.in_whole_numbers(true), series);
         Ok(Sheet::stacked(upper, lower))
     }
+}
+
+/// Both forces of a recording, or `F_T` where the other is not known, with its load drops.
+fn forces(run: &RunData, duration_s: f64) -> Result<Sheet, String> {
+    let is_alone = load_name(run)? != "F_T/F_N";
+    let of = |name, force_n: fn(&run_data::Load) -> f64| {
+        let points = run.loads()?.iter().map(|load| (load.time_s, force_n(load))).collect();
+        Ok::<_, String>(Layer::line(name, points, Dash::Solid, INK))
+    };
+    let drops = &run.drops;
+    let fall = |drop: &LoadDrop| {
+        [(drop.onset_s, drop.ft_before_n), (drop.onset_s, drop.ft_after_n), (f64::NAN, f64::NAN)]
+    };
+    let falls = Layer::line("", drops.iter().flat_map(fall).collect(), Dash::Solid, RED);
+    let onsets = drops.iter().map(|drop| (drop.onset_s, drop.ft_before_n)).collect();
+    let marks = Layer::discs(counted(drops.len() as u64, "load drop"), onsets, DROP_RADIUS, RED);
+    let x = |label| Scale::between(label, 0.0, duration_s);
+    let panel = |label, name, layers| Panel::new(x(label), Scale::free(name), layers);
+    let upper = vec![of("F_T", |load| load.driving_force_n)?, falls, marks];
+    if is_alone {
+        return Ok(Sheet::of(vec![panel("t (s)", "F_T (N)", upper)]));
+    }
+    let lower = panel("t (s)", "F_N (N)", vec![of("F_N", |load| load.normal_load_n)?]);
+    Ok(Sheet::stacked(panel("", "F_T (N)", upper), lower))
 }
 
 /// The first record with most sliding blocks of every stretch of time in which some slide.

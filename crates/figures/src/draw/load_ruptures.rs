@@ -4,7 +4,7 @@ use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::Rupture;
 
-use super::kind::{Figure, keys, levels, of_one_run};
+use super::kind::{Figure, keys, levels, load_name, of_one_run};
 use super::rupture_selector::{Clock, Sort, color_of, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, INK, Layer, Marker, Pen, Shape, Sheet};
@@ -48,7 +48,8 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
     let place = |time_s: f64| clock.place(time_s);
     let (from, to) = (place(from_s), place(to_s));
     // A part of a run is shown as large as it is, the whole from zero to what contacts can bear.
-    let whole = [0.0, run.plan.friction.static_coefficient].into_iter().filter(|_| !is_part);
+    let is_free = is_part || run.is_measured();
+    let whole = [0.0, run.plan.friction.static_coefficient].into_iter().filter(|_| !is_free);
     let ratios = || load.iter().map(|(_, ratio)| *ratio).chain(whole.clone());
     let (low, high) = (ratios().fold(f64::INFINITY, f64::min), ratios().fold(f64::NEG_INFINITY, f64::max));
     let height = (high - low).max(1e-9 * high.abs());
@@ -79,7 +80,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
         }
     }
     let x = Scale::between(&clock.label("t"), from, to);
-    let y = Scale::between("F_T/F_N", bottom, top);
+    let y = Scale::between(load_name(run)?, bottom, top);
     Ok(Sheet::single(x, y, layers))
 }
 

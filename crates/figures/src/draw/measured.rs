@@ -28,14 +28,22 @@ impl Sheet {
 }
 
 impl Measured {
-    /// Bars of errors, and marks with a row in the legend. A bar that would reach to 0 or below on a logarithmic axis
-    /// begins at its mark.
+    /// Bars of errors, and marks with a row in the legend.
     fn layers(&self, scales: [&Scale; 2]) -> [Layer; 2] {
+        let marks = self.points.iter().map(|[x, y]| (x[0], y[0])).collect();
+        [Layer::bars(&self.points, scales, PURPLE), Layer::marks(&self.label, marks, Marker::Diamond, PURPLE)]
+    }
+}
+
+impl Layer {
+    /// Bars of the errors of points, whose numbers across and upwards have their error beside them. A bar that would
+    /// reach to 0 or below on a logarithmic axis begins at its mark.
+    pub(super) fn bars(points: &[[[f64; 2]; 2]], scales: [&Scale; 2], colour: RGBColor) -> Layer {
         let low = |[value, error]: [f64; 2], scale: &Scale| {
             Some(value - error).filter(|low| scale.way(*low).is_finite()).unwrap_or(value)
         };
         let mut bars: Vec<Point> = Vec::new();
-        for [x, y] in &self.points {
+        for [x, y] in points {
             let gap = (f64::NAN, f64::NAN);
             if x[1] > 0.0 {
                 bars.extend([(low(*x, scales[0]), y[0]), (x[0] + x[1], y[0]), gap]);
@@ -44,11 +52,7 @@ impl Measured {
                 bars.extend([(x[0], low(*y, scales[1])), (x[0], y[0] + y[1]), gap]);
             }
         }
-        let marks = self.points.iter().map(|[x, y]| (x[0], y[0])).collect();
-        [
-            Layer::line("", bars, Dash::Solid, PURPLE),
-            Layer::marks(&self.label, marks, Marker::Diamond, PURPLE),
-        ]
+        Layer::line("", bars, Dash::Solid, colour)
     }
 }
 

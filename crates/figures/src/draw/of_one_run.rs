@@ -11,7 +11,7 @@ use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::RunHeader;
+use asperity_record::{Parts, RunHeader};
 use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
@@ -29,10 +29,14 @@ const OF_SEVERAL: [&str; 4] = ["family", "front-speed", "stability-boundary", "s
 const CURVE: &str = "curve";
 
 /// The kinds that are drawn where none is named: what is asked first of a run.
-pub const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
+const USUAL: [&str; 5] = ["overview", "lengths", "space-time", "front-profile", "stress-sequence"];
 
 /// Those that are drawn as well of runs over an area, and only of these.
-pub const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
+const USUAL_OVER_AREA: [&str; 2] = ["arrival-map", "outlines"];
+
+/// The usual ones of recordings, and others that are drawn of these: the rest shows what nobody has measured.
+const USUAL_OF_RECORDINGS: [&str; 5] = ["load", "lengths", "space-time", "traces", "noise"];
+const OF_RECORDINGS: [&str; 3] = ["load-ruptures", "moment-duration", "recurrence"];
 
 /// Keys that follow from the run.
 const FILLED_IN: [&str; 6] = ["file", "run", "series", "panel", "curve", "keys"];
@@ -58,6 +62,13 @@ impl Kind {
     /// The kind of this name.
     pub fn find(name: &str) -> Option<Kind> {
         Kind::all().find(|kind| kind.name == name)
+    }
+
+    /// Those that are drawn of a run with these parts where none is named.
+    pub fn usual(parts: Parts) -> impl Iterator<Item = Kind> {
+        let usual = if parts.recording { USUAL_OF_RECORDINGS } else { USUAL };
+        let over_area = USUAL_OVER_AREA.into_iter().filter(move |_| parts.area);
+        usual.into_iter().chain(over_area).map(|name| Kind { name })
     }
 
     /// The curves that it shows, if nothing else.
@@ -114,6 +125,13 @@ impl Kind {
         scenario: &Scenario,
         set: &[String],
     ) -> Result<OneFigure, String> {
+        let known = [&USUAL_OF_RECORDINGS[..], &OF_RECORDINGS].concat();
+        if header.sensors.is_some() && !known.contains(&self.name) {
+            let (name, known) = (self.name, known.join(", "));
+            return Err(format!(
+                "{run} is a recording, and {name} shows what only a simulation knows (accepted: {known})"
+            ));
+        }
         let about = Extent::of(header, scenario);
         let figures = self.figures(&[(run, run)], &about, set)?;
         Ok(OneFigure { kind: self, figures, may_be_empty: false })
@@ -202,7 +220,8 @@ impl Extent {
             blocks: header.blocks,
             columns: header.contacts().columns(),
             duration_s: header.time_grid().time_s(header.steps),
-            law: LengthLaw::is_for(scenario).then(|| LengthLaw::natural(scenario)),
+            law: (header.sensors.is_none() && LengthLaw::is_for(scenario))
+                .then(|| LengthLaw::natural(scenario)),
         }
     }
 
@@ -343,13 +362,18 @@ impl OneFigure {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::{Kind, OF_SEVERAL, SCHEMA, Target, USUAL, USUAL_OVER_AREA};
+    use asperity_record::Parts;
+
+    use super::{Kind, OF_RECORDINGS, OF_SEVERAL, SCHEMA, Target, USUAL_OF_RECORDINGS};
     use crate::draw::tests::first_day::runs;
     use crate::draw::{Caption, words};
 
     #[test]
     fn every_kind_has_keys_that_draw_it() {
-        assert!(USUAL.iter().chain(&USUAL_OVER_AREA).all(|name| Kind::find(name).is_some()));
+        let usual =
+            [Parts::default(), Parts { area: true, ..Parts::default() }].into_iter().flat_map(Kind::usual);
+        let named = usual.map(|kind| kind.name).chain(USUAL_OF_RECORDINGS).chain(OF_RECORDINGS);
+        assert!(named.map(Kind::find).all(|kind| kind.is_some()));
         assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
         assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());
         for kind in Kind::all() {

@@ -10,7 +10,7 @@ use super::kind::{Figure, keys, of_runs_in};
 use super::rupture_selector::{before_first_global_slip, sorted};
 use super::scale::Scale;
 use super::sheet::{Dash, Layer, Pen, Sheet};
-use super::sizes::{Fitted, band, fit_layers, steps, with_error};
+use super::sizes::{Fitted, band, fit_layers, steps};
 
 keys! {
     Recurrence: series;
@@ -82,13 +82,13 @@ pub(super) fn distribution(
 
 /// The law that was fitted, and its parameters.
 fn words(fit: TimeFit) -> (&'static str, Vec<String>) {
-    let time = |estimate: Estimate| format!("({}) s", with_error(estimate));
+    let time = |estimate: Estimate| format!("({estimate}) s");
     match fit {
         TimeFit::Weibull { shape, scale_s } => {
-            ("Weibull", vec![format!("κ = {}", with_error(shape)), format!("T_0 = {}", time(scale_s))])
+            ("Weibull", vec![format!("κ = {shape}"), format!("T_0 = {}", time(scale_s))])
         }
         TimeFit::LogNormal { median_s, spread } => {
-            ("log-normal", vec![format!("σ = {}", with_error(spread)), format!("median {}", time(median_s))])
+            ("log-normal", vec![format!("σ = {spread}"), format!("median {}", time(median_s))])
         }
         TimeFit::Exponential { mean_s } => ("exponential", vec![format!("mean {}", time(mean_s))]),
     }

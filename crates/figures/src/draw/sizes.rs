@@ -94,12 +94,6 @@ fn fitted(sizes: &[u32], law: SizeLaw, range: Range<u32>) -> Option<Fitted> {
     Some(Fitted { law, parameters: vec![parameter], test, course })
 }
 
-/// A number with its error, both to two digits of the error.
-pub(super) fn with_error(Estimate { value, error }: Estimate) -> String {
-    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{value:.decimals$} ± {error:.decimals$}").replace('-', "\u{2212}")
-}
-
 /// Steps downwards at each value.
 pub(super) fn steps(shares: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut course = Vec::new();
@@ -123,11 +117,11 @@ pub(super) fn band(course: &[(f64, f64)], half: f64, lowest: f64, pen: Pen<'_>) 
 /// The law that was fitted, and its parameter.
 fn words(law: SizeLaw, theta: Estimate) -> (&'static str, String) {
     match law {
-        SizeLaw::PowerLaw => ("s^{−α}", format!("α = {}", with_error(theta))),
+        SizeLaw::PowerLaw => ("s^{−α}", format!("α = {theta}")),
         SizeLaw::Exponential => {
             let length = 1.0 / theta.value;
             let length = Estimate { value: length, error: theta.error * length * length };
-            ("exp(−s/ξ)", format!("ξ = {}", with_error(length)))
+            ("exp(−s/ξ)", format!("ξ = {length}"))
         }
         SizeLaw::None => ("", String::new()),
     }
@@ -167,14 +161,13 @@ pub(super) fn fit_layers(
 mod tests {
     use super::{
         Dash, Estimate, Layer, Pen, RunData, Sheet, SizeLaw, band, distribution, fit_layers, fitted, steps,
-        with_error,
     };
     use crate::draw::sheet::INK;
     use asperity_testkit::made_up;
 
     #[test]
     fn numbers_have_two_digits_of_their_error() {
-        let text = |value, error| with_error(Estimate { value, error });
+        let text = |value, error| Estimate { value, error }.to_string();
         assert_eq!(text(1.2345, 0.0678), "1.234 ± 0.068");
         assert_eq!(text(-12.3, 3.4), "−12.3 ± 3.4");
         assert_eq!(text(1234.5, 67.8), "1234 ± 68");

@@ -1,5 +1,5 @@
 //! Block against time: what slid where and when, how fronts came to each block, and how far slip had
-//! come.
+//! come. Of a recording the sensors, each with the part of the slider that is nearest to it.
 //!
 //! A block that slides in a rupture is a patch from its arrival to its stop. Seen from far away
 //! patches are thinner than a pixel: neighbours that would look alike are drawn as one, and none is
@@ -8,11 +8,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use asperity_numbers::estimate::Estimate;
 use asperity_numbers::front_speed_m_per_s;
 use asperity_numbers::fronts::crossing_s;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::{COMPUTED, NotKept, RunData};
-use asperity_record::{Arrival, Rupture, WindowRecord, magnitude};
+use asperity_record::{Arrival, Rupture, Sensors, WindowRecord, magnitude};
 use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -22,7 +23,7 @@ use super::kind::{Figure, keys, of_one_run, place_name};
 use super::lines::within;
 use super::rupture_selector::{Clock, Film, RuptureSelector, Sort, color_of, end_s, film, picked, sorted};
 use super::scale::Scale;
-use super::sheet::{Dash, GREEN, INK, Layer, Pen, Shape, Sheet, Tile};
+use super::sheet::{Dash, GREEN, INK, Layer, Marker, Pen, Shape, Sheet, Tile};
 
 keys! {
     SpaceTime: run;
@@ -110,6 +111,9 @@ struct View {
     in_mm: bool,
     blocks: f64,
     spacing_mm: f64,
+    /// Where the sensors of a recording are, mm, between places that are as far beyond the ends of the slider as the
+    /// outer sensors are within; empty for runs.
+    sensors_mm: Vec<f64>,
 }
 
 impl View {
@@ -142,14 +146,23 @@ impl View {
             return Err(format!("{given} are no blocks of run {name} (accepted: 1 to {blocks})"));
         }
         let clock = Clock::of(from_s, to_s, zoom.map_or(from_s, |rupture| rupture.onset_s));
-        let in_mm = place == Place::Mm && blocks > 1;
+        let sensors_mm = run.header.sensors.as_ref().map_or_else(Vec::new, sensors_mm);
+        let in_mm = place == Place::Mm && (blocks > 1 || !sensors_mm.is_empty());
         let (blocks, spacing_mm) = (f64::from(blocks), run.plan.spacing_m * 1e3);
-        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, blocks, spacing_mm })
+        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, blocks, spacing_mm, sensors_mm })
     }
 
     /// Where a block, or an edge of its tile, stands on the axis: in mm no tile reaches beyond the slider.
     fn up(&self, block: f64) -> f64 {
-        if self.in_mm { (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm } else { block }
+        match (self.in_mm, &self.sensors_mm[..]) {
+            (false, _) => block,
+            (true, []) => (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm,
+            (true, sensors_mm) => {
+                let (low_mm, high_mm) =
+                    (sensors_mm[block.floor() as usize], sensors_mm[block.ceil() as usize]);
+                low_mm + block.fract() * (high_mm - low_mm)
+            }
+        }
     }
 
     /// Blocks, each between two times and in a colour; neighbours that look alike are one.
@@ -174,6 +187,13 @@ impl View {
         let is_seen = points.windows(2).any(|ends| within(ends[0], ends[1], low, high).is_some());
         is_seen.then(|| Layer::line(label, points, dash, colour))
     }
+}
+
+/// See [`View`].
+fn sensors_mm(sensors: &Sensors) -> Vec<f64> {
+    let (Some(first_m), Some(last_m)) = (sensors.x_m.first(), sensors.x_m.last()) else { return Vec::new() };
+    let all_m = [-first_m].into_iter().chain(sensors.x_m.iter().copied());
+    all_m.chain([2.0 * sensors.length_m - last_m]).map(|x_m| x_m * 1e3).collect()
 }
 
 fn end_of_run_s(run: &RunData) -> f64 {
@@ -213,9 +233,14 @@ pub(super) fn map(
         };
         patched.entry(*sort).or_default().extend(view.tiles(seen.map(patch)));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
-            let has_speed = view.in_mm && zoom.is_some_and(|zoom| zoom.rupture == rupture.rupture);
-            let label = if has_speed { front_label(run, rupture) } else { "arrivals".to_owned() };
+            let is_zoomed = zoom.is_some_and(|zoom| zoom.rupture == rupture.rupture);
+            let label =
+                if is_zoomed && view.in_mm { front_label(run, rupture) } else { "arrivals".to_owned() };
             fronts.extend(view.line(&label, &front, Dash::Solid, INK));
+            if is_zoomed && run.is_measured() {
+                let arrivals: Vec<&Arrival> = arrivals.iter().collect();
+                fronts.extend(picks(clock, &arrivals, |of| view.up(of.block.into()), INK));
+            }
         }
     }
     // About a rupture only what was before it, since from then on its own arrivals tell.
@@ -240,9 +265,42 @@ pub(super) fn map(
 
 /// What the line of arrivals is called: the front, with its speed if it has one.
 fn front_label(run: &RunData, rupture: &Rupture) -> String {
+    if run.is_measured() {
+        // Of two fronts the line is one.
+        let [up, down] = speeds_of_front(rupture).map(|front| front.map(|(_, words)| words));
+        return up.xor(down).unwrap_or("arrivals".to_owned());
+    }
     let wave_m_per_s = run.plan.spacing_m / crossing_s(run);
     let speed = front_speed_m_per_s(rupture, run.header.contacts(), Some(wave_m_per_s));
     speed.map_or("arrivals".to_owned(), |speed| format!("front, {speed:.0} m/s"))
+}
+
+/// The speeds of the fronts of a measured rupture towards higher and lower sensors, m/s, and in words with their errors.
+pub(super) fn speeds_of_front(rupture: &Rupture) -> [Option<(f64, String)>; 2] {
+    let measured = [
+        (rupture.front_speed_up_m_per_s, rupture.front_speed_up_error_m_per_s),
+        (rupture.front_speed_down_m_per_s, rupture.front_speed_down_error_m_per_s),
+    ];
+    measured.map(|(speed, error)| {
+        let speed = Estimate { value: speed?, error: error? };
+        Some((speed.value, format!("front, {speed} m/s")))
+    })
+}
+
+/// Arrivals at sensors, whose places are given, with bars of their errors.
+pub(super) fn picks(
+    clock: &Clock,
+    arrivals: &[&Arrival],
+    place: impl Fn(&Arrival) -> f64,
+    colour: RGBColor,
+) -> [Layer; 2] {
+    let pick = |of: &&Arrival| {
+        let at = |error_s: f64| clock.place(of.arrival_s + error_s);
+        [[at(0.0), at(of.arrival_error_s.unwrap_or(0.0)) - at(0.0)], [place(of), 0.0]]
+    };
+    let picks: Vec<_> = arrivals.iter().map(pick).collect();
+    let (free, at) = (Scale::free(""), picks.iter().map(|[time, place]| (time[0], place[0])).collect());
+    [Layer::bars(&picks, [&free, &free], colour), Layer::marks("arrivals", at, Marker::Circle, colour)]
 }
 
 /// When each block that a rupture passed began to slide and when it stopped, s; over an area each column, from the

@@ -3,6 +3,7 @@
 
 use std::fmt::Display;
 
+use asperity_numbers::estimate::Estimate;
 pub use asperity_record::counted;
 use asperity_record::{Cell as Stored, printable};
 
@@ -108,6 +109,14 @@ impl Cell {
     /// A number, rounded to that many significant digits, or nothing for none.
     pub(crate) fn rounded(value: impl Into<Option<f64>>, digits: usize) -> Cell {
         value.into().map_or(Cell::None, |value| Cell::Value(value, rounded(value, digits)))
+    }
+
+    /// A number to two digits of its error, or without one, rounded to that many digits.
+    pub(crate) fn estimate(value: Option<f64>, error: Option<f64>, digits: usize) -> Cell {
+        match (value, error) {
+            (Some(value), Some(error)) => Cell::Value(value, Estimate { value, error }.to_string()),
+            _ => Cell::rounded(value, digits),
+        }
     }
 
     /// A cell of a table of data, with that many digits of a double.

@@ -31,7 +31,7 @@ impl RunReader {
         take: &mut dyn FnMut(LogItem),
     ) -> Result<(), LogError> {
         self.skimmed = topics;
-        self.topics = Topics { steps: topics.contains(&STEP), ..Topics::EVENTS };
+        self.topics = Topics { steps: topics.contains(&STEP), windows: true, ..Topics::EVENTS };
         let read = self.skim_records(take);
         // What precedes an error is sound.
         self.ready.drain(..).for_each(take);

@@ -32,10 +32,10 @@ pub(crate) struct EstimateArguments {
 #[derive(Debug, Args)]
 pub(crate) struct SampleArguments {
     /// The log of a run.
-    #[arg(value_name = "RUN.mcap")]
+    #[arg(value_name = "RUN")]
     log: PathBuf,
-    /// The description of a recording by the same instruments.
-    #[arg(long, value_name = "RECORDING.toml")]
+    /// The description (TOML) of a recording by the same instruments.
+    #[arg(long, value_name = "FILE")]
     like: PathBuf,
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]

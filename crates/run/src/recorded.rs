@@ -98,7 +98,7 @@ impl Recorded {
         if checked.verdict == Verdict::Whole {
             again.compare(header.steps, None);
             if let Some((step, what)) = again.differs {
-                checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::Rerun { step, what }));
+                checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::rerun(step, &what)));
                 checked.verdict = Verdict::Damaged;
             }
         }

@@ -23,7 +23,7 @@ impl SelfCheckProblem {
     }
 
     /// The repeated run differs at a step.
-    fn rerun(step: u64, what: &str) -> SelfCheckProblem {
+    pub(crate) fn rerun(step: u64, what: &str) -> SelfCheckProblem {
         SelfCheckProblem(format!("step {step}: the run, made again, {what}"))
     }
 }

@@ -109,7 +109,7 @@ pub(crate) fn window(table: &mut Table, record: &WindowRecord, parts: StepParts)
     blocks(table, WINDOW, record.step, &same, record.first_block, window_arrays(record, parts))
 }
 
-pub(crate) fn signal(table: &mut Table, record: &SignalRecord) -> Result<(), Ragged> {
+pub(crate) fn signal(table: &mut Table, record: &SignalRecord) -> Result<(), String> {
     let SignalRecord { step, time_s, stream, part, samples, .. } = *record;
     let same =
         [Cell::Step(step), Cell::Number(time_s), Cell::Count(stream), Cell::Step(part), Cell::Count(samples)];

@@ -68,7 +68,7 @@ pub(crate) fn value(value: &Value) -> String {
     }
 }
 
-/// The value of a key of a scenario; of a long list, its length.
+/// The value of a key of a scenario; of a long list, or one of tables, its length.
 pub(crate) fn setting(value: &Value) -> String {
     /// Most values of a list that are shown.
     const SHORT: usize = 4;
@@ -76,7 +76,9 @@ pub(crate) fn setting(value: &Value) -> String {
         Value::Null => "-".to_owned(),
         Value::Number(whole) if whole.is_f64() => number(whole.as_f64().unwrap_or(f64::NAN)),
         Value::String(text) => text.clone(),
-        Value::Array(values) if values.len() > SHORT => format!("[{} values]", values.len()),
+        Value::Array(values) if values.len() > SHORT || values.iter().any(Value::is_object) => {
+            format!("[{} values]", values.len())
+        }
         Value::Array(values) => format!("[{}]", values.iter().map(setting).collect::<Vec<_>>().join(", ")),
         other => other.to_string(),
     }

@@ -6,7 +6,7 @@
 //! - `errors`: raises the exceptions of the package.
 //! - `attend`: does work on a thread, while the interpreter's signals are heeded.
 //! - `values`: values from and to Python.
-//! - `scenario`, `run`, `study`, `diff`: the objects of the package.
+//! - `scenario`, `run`, `study`, `diff`: the objects of the package; `recording` is a way to a run.
 //! - `tables`, `memory`: tables of a run as Arrow streams, and memory that NumPy reads.
 //! - `source`: a run as a log or as a scenario to be run again; `events`, `detectors`, `field`, `figure`:
 //!   what is made from it.
@@ -19,6 +19,7 @@ mod events;
 mod field;
 mod figure;
 mod memory;
+mod recording;
 mod run;
 mod scenario;
 mod source;
@@ -44,6 +45,7 @@ mod _native {
         field::{Field, Nodes},
         figure::{Figure, figures},
         memory::Memory,
+        recording::recording,
         run::{Run, open, resume, run},
         scenario::{Scenario, scenarios},
         study::{Sweep, refine, reproduce, sweep},

@@ -165,12 +165,12 @@ pub(crate) fn open(py: Python<'_>, log: PathBuf) -> PyResult<Py<Run>> {
 }
 
 /// A path that stays where it is when the folder changes.
-fn absolute(path: PathBuf) -> PyResult<PathBuf> {
+pub(crate) fn absolute(path: PathBuf) -> PyResult<PathBuf> {
     Ok(std::path::absolute(path)?)
 }
 
 /// Opens a run log, whose records detectors observe meanwhile.
-fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult<Py<Run>> {
+pub(crate) fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) -> PyResult<Py<Run>> {
     if !log.exists() {
         let partial = partial_path(&log);
         let hint = if partial.exists() {

@@ -1,7 +1,6 @@
 //! Samples from arrays of numbers, in a file, in memory or in a container of arrays.
 
-use std::fs::File;
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -79,9 +78,8 @@ pub(crate) trait Grid {
 pub(crate) type Opened = Result<Box<dyn Grid>, Problem>;
 
 /// Where bytes come from.
-pub(crate) trait Source: Read + Seek {}
-impl Source for File {}
-impl Source for Cursor<Vec<u8>> {}
+pub trait Source: Read + Seek {}
+impl<S: Read + Seek> Source for S {}
 
 /// Samples and channels of an array, and how many numbers the next one of either is further on, with the first index
 /// the slowest one. Of a single dimension all are samples.

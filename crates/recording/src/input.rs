@@ -1,12 +1,15 @@
 //! Opens the files that a description names, in its folder and nowhere else.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
+use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use zip::ZipArchive;
 
-use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Stored};
+use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, Stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
@@ -32,15 +35,24 @@ impl fmt::Display for Input {
     }
 }
 
+/// An array of NumPy in memory, as the bytes of its file.
+pub trait InMemory: fmt::Debug + Send + Sync {
+    /// Its bytes, from the first one on.
+    fn open(&self) -> Box<dyn Source>;
+}
+
+/// Arrays that stand for files, by the names of these.
+pub type Given = BTreeMap<String, Arc<dyn InMemory>>;
+
 /// The folder of a description.
 #[derive(Debug, Clone)]
-pub struct Folder(PathBuf);
+pub struct Folder(PathBuf, Given);
 
 impl Folder {
-    /// The folder of a file.
-    pub fn of(file: &Path) -> Folder {
+    /// The folder of a file, in which some files are in memory.
+    pub fn of(file: &Path, given: Given) -> Folder {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Folder(folder.unwrap_or(Path::new(".")).to_owned())
+        Folder(folder.unwrap_or(Path::new(".")).to_owned(), given)
     }
 
     /// The place of a path that is named in the description, and the path as it is shown.
@@ -72,15 +84,19 @@ impl Folder {
     pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>, RecordingError> {
         let Some((before, after)) = stream.file.split_once('*') else { return Ok(vec![stream.file.clone()]) };
         let (folder, first) = before.rsplit_once('/').map_or(("", before), |(folder, first)| (folder, first));
-        let shown = self.0.join(folder);
-        let place = if folder.is_empty() { self.0.clone() } else { self.inside(folder)?.0 };
-        let entries = asperity_files::entries(&place).map_err(RecordingError::io(&shown))?;
-        let names = entries.iter().map(|entry| entry.file_name().to_string_lossy().into_owned());
-        let numbered = |name: String| {
-            let number = name.strip_prefix(first)?.strip_suffix(after)?.parse::<u64>().ok()?;
-            Some((number, if folder.is_empty() { name } else { format!("{folder}/{name}") }))
-        };
-        let mut segments: Vec<(u64, String)> = names.filter_map(numbered).collect();
+        let number = |name: &str, first: &str| name.strip_prefix(first)?.strip_suffix(after)?.parse().ok();
+        let given = self.1.keys().filter_map(|name| Some((number(name, before)?, name.clone())));
+        let mut segments: Vec<(u64, String)> = given.collect();
+        if segments.is_empty() {
+            let shown = self.0.join(folder);
+            let place = if folder.is_empty() { self.0.clone() } else { self.inside(folder)?.0 };
+            let entries = asperity_files::entries(&place).map_err(RecordingError::io(&shown))?;
+            segments.extend(entries.iter().filter_map(|entry| {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                let number = number(&name, first)?;
+                Some((number, if folder.is_empty() { name } else { format!("{folder}/{name}") }))
+            }));
+        }
         segments.sort_unstable();
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
             let problem = format!("{} files have such names with a number for *", segments.len());
@@ -97,24 +113,29 @@ impl Folder {
         named: &str,
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
-        let (file, shown) = self.file(named)?;
         let mut all = columns.to_vec();
         if stream.missing.is_some() {
             // What is missing in one is a gap of all.
             all.extend(stream.time.iter().map(|time| time.column.clone()));
             all.extend(stream.channels().map(|channel| channel.column.clone()));
         }
-        let samples: Box<dyn Samples> = match stream.kind().expect("it was checked") {
-            Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
-            kind => {
-                let mut find = arrays(kind, file, stream).map_err(|problem| {
-                    InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
-                })?;
-                Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
+        let samples: Box<dyn Samples> = if let Some(given) = self.1.get(named) {
+            let axis = stream.axis;
+            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given.open(), axis))?)
+        } else {
+            let (file, shown) = self.file(named)?;
+            match stream.kind().expect("it was checked") {
+                Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
+                kind => {
+                    let mut find = arrays(kind, file, stream).map_err(|problem| {
+                        InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
+                    })?;
+                    Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
+                }
             }
         };
         Ok(match stream.missing {
-            Some(Missing::Gap) => Box::new(Gapless::new(samples, shown, all.len())),
+            Some(Missing::Gap) => Box::new(Gapless::new(samples, self.shown(named), all.len())),
             None => samples,
         })
     }
@@ -136,9 +157,12 @@ impl Folder {
 
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str) -> Result<Input, RecordingError> {
-        let (mut file, shown) = self.file(named)?;
+        let mut file: Box<dyn Read> = match self.1.get(named) {
+            Some(given) => given.open(),
+            None => Box::new(self.file(named)?.0),
+        };
         let mut hasher = blake3::Hasher::new();
-        let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&shown))?;
+        let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&self.shown(named)))?;
         Ok(Input { bytes, blake3: hasher.finalize().to_hex().to_string() })
     }
 }

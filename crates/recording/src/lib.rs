@@ -76,6 +76,7 @@ mod survey;
 pub mod unit;
 mod window;
 
+pub use array::Source;
 pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, Place, RecordingError};
 pub use estimates::length_law;

@@ -13,7 +13,7 @@ use crate::arrival;
 use crate::description::{Channel, Description, Positive, Role, Stream};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::force::{BEHIND, Forces, Loads, Request, Rows, Side};
-use crate::input::{Folder, Input};
+use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
 use crate::pick::{Finder, Search};
 use crate::resample::Resampled;
@@ -181,8 +181,16 @@ impl Recording {
     ///
     /// # Errors
     /// If a file cannot be read, or what it says is not accepted.
-    pub fn open(mut description: Description) -> Result<Recording, RecordingError> {
-        let folder = Folder::of(&description.file);
+    pub fn open(description: Description) -> Result<Recording, RecordingError> {
+        Recording::of_given(description, Given::new())
+    }
+
+    /// Finds the files and parts of a recording, some of whose files are in memory.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn of_given(mut description: Description, given: Given) -> Result<Recording, RecordingError> {
+        let folder = Folder::of(&description.file, given);
         let surveyed = description.streams.iter_mut().map(|stream| survey(&folder, stream));
         let streams = surveyed.collect::<Result<Vec<Surveyed>, RecordingError>>()?;
         let recording = Recording { description, folder, streams };

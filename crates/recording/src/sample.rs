@@ -13,7 +13,7 @@ use toml::{Table, Value};
 
 use crate::description::{Channel, Description, Role};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::input::Folder;
+use crate::input::{Folder, Given};
 use crate::recording::WINDOW;
 use crate::survey::survey;
 
@@ -94,7 +94,7 @@ impl<'a> Sampler<'a> {
         for stream in &like.streams {
             let interval_s = match stream.rate_hz {
                 Some(rate) => 1.0 / rate.0,
-                None => survey(&Folder::of(&like.file), &mut stream.clone())?.interval_s,
+                None => survey(&Folder::of(&like.file, Given::new()), &mut stream.clone())?.interval_s,
             };
             every_steps.push(plan.grid.nearest_step(interval_s).max(1));
         }

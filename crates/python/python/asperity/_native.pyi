@@ -30,6 +30,7 @@ __all__ = [
     "diff",
     "figures",
     "open",
+    "recording",
     "refine",
     "reproduce",
     "resume",
@@ -114,6 +115,14 @@ def resume(
     stop: Callable[[], object] | None = None,
 ) -> Run: ...
 
+def recording(
+    toml: _Path,
+    arrays: Mapping[str, NDArray[Any]] | None = None,
+    *,
+    log: _Path,
+    progress: _Progress = None,
+    stop: Callable[[], object] | None = None,
+) -> Run: ...
 def open(log: _Path) -> Run: ...
 
 @disjoint_base

@@ -1,0 +1,163 @@
+//! Recordings of laboratories, of files and of arrays of NumPy.
+
+use std::ffi::CString;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use asperity_recording::input::{Given, InMemory};
+use asperity_recording::{Description, Recording, RecordingError, Source};
+use asperity_run::stream::StreamError;
+use asperity_run::{Recorded, ruptures};
+use asperity_runlog::Existing;
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyMemoryView, PySlice, PyTuple};
+
+use crate::attend::{Callbacks, attend};
+use crate::errors::{failed, refused};
+use crate::run::{Run, absolute, open_with};
+
+/// The bytes of an array behind those of a header, read where they are, a block at a time. The interpreter waits
+/// meanwhile.
+#[derive(Clone)]
+struct Bytes {
+    header: Arc<[u8]>,
+    /// A view of single bytes.
+    data: Arc<Py<PyAny>>,
+    bytes: usize,
+    at: usize,
+}
+
+impl Read for Bytes {
+    fn read(&mut self, block: &mut [u8]) -> io::Result<usize> {
+        let count = if let Some(rest) = self.header.get(self.at..).filter(|rest| !rest.is_empty()) {
+            (&*rest).read(block)?
+        } else {
+            let from = self.at - self.header.len();
+            Python::attach(|py| {
+                let range = PySlice::new(py, from as isize, (from + block.len()) as isize, 1);
+                let bytes = self.data.bind(py).get_item(range)?.call_method0("tobytes")?;
+                (bytes.cast::<PyBytes>()?.as_bytes()).read(block).map_err(PyErr::from)
+            })
+            .map_err(|error| io::Error::other(error.to_string()))?
+        };
+        self.at += count;
+        Ok(count)
+    }
+}
+
+impl Seek for Bytes {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let end = (self.header.len() + self.bytes) as i64;
+        let at = match to {
+            SeekFrom::Start(at) => at as i64,
+            SeekFrom::End(by) => end + by,
+            SeekFrom::Current(by) => self.at as i64 + by,
+        };
+        self.at = at.clamp(0, end) as usize;
+        Ok(self.at as u64)
+    }
+}
+
+impl std::fmt::Debug for Bytes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", String::from_utf8_lossy(&self.header))
+    }
+}
+
+impl InMemory for Bytes {
+    fn open(&self) -> Box<dyn Source> {
+        Box::new(Bytes { at: 0, ..self.clone() })
+    }
+}
+
+/// An array as the bytes of its file.
+fn in_memory(array: &Bound<'_, PyAny>) -> PyResult<Bytes> {
+    let flags = array.getattr("flags")?;
+    let is_fortran = !flags.getattr("c_contiguous")?.extract::<bool>()?;
+    if is_fortran && !flags.getattr("f_contiguous")?.extract::<bool>()? {
+        return Err(refused("its numbers are apart (accepted: numpy.ascontiguousarray of it)"));
+    }
+    let numbers: String = array.getattr("dtype")?.getattr("str")?.extract()?;
+    let shape = array.getattr("shape")?.cast_into::<PyTuple>()?.repr()?;
+    let order = if is_fortran { "True" } else { "False" };
+    let text = format!("{{'descr': '{numbers}', 'fortran_order': {order}, 'shape': {shape}, }}");
+    let length = u16::try_from(text.len()).map_err(|_| refused("it has too many dimensions"))?;
+    let header = [b"\x93NUMPY\x01\x00", &length.to_le_bytes()[..], text.as_bytes()].concat();
+    let by_rows = if is_fortran { array.getattr("T")? } else { array.clone() };
+    let data = PyMemoryView::from(&by_rows)?.call_method1("cast", ("B",))?;
+    let (bytes, data) = (data.len()?, Arc::new(data.unbind()));
+    Ok(Bytes { header: header.into(), data, bytes, at: 0 })
+}
+
+/// Reads a recording into a log, as `asperity recording read` does, and opens it.
+///
+/// `toml` is the path of its description or the text, as `asperity recording show` prints one; paths in a text count from
+/// the working folder. `arrays` are arrays of NumPy by the names that files have in the description: they are read in
+/// place of these, without a copy. `log` is the path of a new run log (MCAP).
+///
+/// Raises `Refused` for a recording that is not accepted, with what is wrong and where.
+#[pyfunction]
+#[pyo3(signature = (toml, arrays = None, *, log, progress = None, stop = None))]
+pub(crate) fn recording(
+    py: Python<'_>,
+    toml: &Bound<'_, PyAny>,
+    arrays: Option<&Bound<'_, PyDict>>,
+    log: PathBuf,
+    progress: Option<Bound<'_, PyAny>>,
+    stop: Option<Bound<'_, PyAny>>,
+) -> PyResult<Py<Run>> {
+    let log = absolute(log)?;
+    let of_text = toml.extract::<String>().ok().filter(|text| text.contains('\n'));
+    let described = match of_text {
+        Some(text) => Description::parse(Path::new("recording.toml"), &text),
+        None => Description::read(&toml.extract::<PathBuf>()?),
+    };
+    let description = described.map_err(|error| refused(error.to_string()))?;
+    let mut given = Given::new();
+    for (name, array) in arrays.into_iter().flatten() {
+        let name: String = name.extract()?;
+        let array = in_memory(&array).map_err(|error| refused(format!("arrays[{name:?}]: {error}")))?;
+        given.insert(name, Arc::new(array));
+    }
+    let callbacks = Callbacks::new(py, &description.name.clone(), progress, stop, 0)?;
+    let written = attend(py, &callbacks, |watch| {
+        let recording = Recording::of_given(description, given)?;
+        let mut found = recording.detect(&mut |done, _| {
+            watch.done.store(done, Ordering::Relaxed);
+            watch.is_stopped()
+        })?;
+        let inputs = recording.inputs()?;
+        let recorded = Recorded {
+            header: recording.header(&inputs),
+            toml: recording.description.text.clone(),
+            inputs: inputs.into_iter().map(|(path, input)| (path, input.to_string())).collect(),
+            drops: std::mem::take(&mut found.drops),
+        };
+        let warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
+        let ruptures = ruptures(&recorded.header, found.steps());
+        let records = recording.records(&mut found, &ruptures).map(|record| match watch.is_stopped() {
+            true => Err(RecordingError::Interrupted),
+            false => record,
+        });
+        Ok::<_, RecordingError>((recorded.write(&log, Existing::Refuse, records), warnings))
+    })?;
+    let (written, warnings) = written.map_err(of_recording)?;
+    written.map_err(|error| match error {
+        StreamError::Source(error) => of_recording(error),
+        error => failed(error),
+    })?;
+    for warning in warnings {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(warning)?, 1)?;
+    }
+    open_with(py, log, Vec::new())
+}
+
+fn of_recording(error: RecordingError) -> PyErr {
+    match error {
+        RecordingError::Interrupted => crate::errors::error("Interrupted", "no log was written"),
+        error => refused(error.to_string()),
+    }
+}

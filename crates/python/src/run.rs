@@ -1,5 +1,6 @@
 //! Runs: made, resumed, or opened from their logs.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -186,7 +187,8 @@ pub(crate) fn open_with(py: Python<'_>, log: PathBuf, detectors: Vec<Detector>) 
         let (header, scenario) = (log.header(), log.scenario()?);
         let numbers = Summarizer::new(&name, header, scenario);
         let tables = events::begin(&log.event_schemas(), header.parts());
-        begun.get_or_init(|| (header.clone(), scenario.cloned()));
+        let shown = header.sensors.as_ref().and_then(|_| log.shown_scenario().ok());
+        begun.get_or_init(|| (header.clone(), shown.map(Cow::into_owned).or_else(|| scenario.cloned())));
         Ok((numbers, (tables, Detectors { detectors, watch: Arc::clone(watch) })))
     })?;
     let (header, scenario) = begun.into_inner().expect("what is observed has begun");
@@ -342,9 +344,12 @@ impl Run {
         &self.source.name
     }
 
-    /// Its scenario. Raises `Error` if the log has lost it.
+    /// Its scenario. Raises `Error` if the log has lost it, or is that of a recording.
     #[getter]
     fn scenario(&self) -> PyResult<Scenario> {
+        if self.source.header.sensors.is_some() {
+            return Err(failed(format!("{} is a recording, which has no scenario", self.name())));
+        }
         self.source.scenario().cloned().map(Scenario::resolved)
     }
 

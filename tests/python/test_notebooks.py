@@ -57,7 +57,7 @@ def require_not_blank(kind: str, data: str) -> None:
 
 
 def test_there_are_notebooks() -> None:
-    assert len(NOTEBOOKS) == 5
+    assert len(NOTEBOOKS) == 6
 
 
 @each_notebook

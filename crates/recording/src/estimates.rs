@@ -159,7 +159,8 @@ impl Recording {
         let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
         let (mut means, mut count): (Vec<Means>, u64) = (Vec::new(), 0);
         self.pass(stream, &channels, progress, &mut |part, first, block, _| {
-            for n in 0..block[0].len() {
+            // Of all rows together.
+            for (n, _) in block[0].iter().enumerate() {
                 let si = |place: usize| channels[place].si(block[place][n]);
                 let [force, normal, point] = places.map(|place| place.map(si));
                 let [force, point] = [force, point].map(|of| of.unwrap_or(f64::NAN));

@@ -46,10 +46,12 @@ enum Of {
     SlipEvents,
 }
 
+/// Step of the onset, load there with its error, farthest column, and how many contacts slid.
+type Found = (u64, [f64; 2], u32, u32);
+
 impl Of {
-    /// Precursors and the global slip that ends the list: the step of the onset, the load there with its error, the
-    /// farthest column, and how many contacts slid.
-    fn found(self, run: &RunData) -> Result<Vec<(u64, [f64; 2], u32, u32)>, String> {
+    /// Precursors and the global slip that ends the list.
+    fn found(self, run: &RunData) -> Result<Vec<Found>, String> {
         let load = |ft_fn: f64, error: Option<f64>| [ft_fn, error.unwrap_or(0.0)];
         let of_rupture =
             |of: &Rupture| (of.onset_step, load(of.ft_fn_onset, of.ft_fn_error), of.last_block, of.slipped());

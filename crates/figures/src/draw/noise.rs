@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use asperity_numbers::quantile;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
-use asperity_record::Sensors;
 
 use super::kind::{Figure, keys, of_one_run};
 use super::scale::Scale;
@@ -27,16 +26,17 @@ impl Figure for Noise {
         }
         let steps = run.arrivals()?.iter().filter_map(|of| Some((of.x_m? * 1e3, of.step?.abs())));
         let mut layers = vec![Layer::discs("steps", steps.collect(), 3.5, GREY)];
-        let shown: [(_, fn(&Sensors, f64) -> f64, _, _); 2] = [
-            ("least step that counts", Sensors::least_step, Marker::Triangle, BLUE),
-            ("noise σ", |_, sigma| sigma, Marker::Circle, INK),
-        ];
-        for (label, value, marker, colour) in shown {
+        for is_noise in [false, true] {
+            let (label, marker, colour) = match is_noise {
+                true => ("noise σ", Marker::Circle, INK),
+                false => ("least step that counts", Marker::Triangle, BLUE),
+            };
+            let value = |sigma: f64| if is_noise { sigma } else { sensors.least_step(sigma) };
             let (mut medians, mut halves) = (Vec::new(), Vec::new());
             for (sensor, sigmas) in &mut of_sensors {
                 let Some(x_mm) = sensors.x_m(*sensor).map(|x_m| x_m * 1e3) else { continue };
                 sigmas.sort_by(f64::total_cmp);
-                let at = |share| (x_mm, value(sensors, quantile(sigmas, share).unwrap_or_default()));
+                let at = |share| (x_mm, value(quantile(sigmas, share).unwrap_or_default()));
                 medians.push(at(0.5));
                 halves.extend([at(0.25), at(0.75), (f64::NAN, f64::NAN)]);
             }

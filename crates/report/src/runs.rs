@@ -367,7 +367,7 @@ fn widest(run: &Run) -> String {
 
 /// The numbers of a summary by their groups.
 fn numbers(run: &Run) -> String {
-    let known = Summary::KEYS.iter().zip(run.summary.values()).filter(|(_, value)| !value.is_null());
+    let known = run.summary.shown().into_iter().filter(|(_, value)| !value.is_null());
     let rows = known.map(|(key, value)| {
         let value = serde_json::from_value(value).expect("numbers of a summary are cells");
         Row::from(vec![

@@ -1,5 +1,5 @@
 //! Simulated runs, recorded as a laboratory would (`asperity recording sample`), read as recordings, and compared with
-//! their own events. The limits are those that detection reaches on recordings with this noise (docs/recordings.md).
+//! their own events. The limits are those that are claimed for recordings with this noise.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -79,7 +79,7 @@ struct Score {
     ruptures: usize,
     /// Median, over the length of the slider.
     length_error: f64,
-    /// Share of lengths within the error, half a gap.
+    /// Share of lengths within the distance of sensors.
     covered: f64,
     /// Scatter and bias of front speeds, relative, of several, against those of the true arrivals at the same sensors.
     speed: Option<[f64; 2]>,
@@ -171,7 +171,6 @@ fn score(scenario: &[&str], slider: [f64; 2], of: Sensors<'_>) -> Score {
         Some(is / speed_m_per_s(&of_it)? - 1.0)
     });
     let speeds: Vec<f64> = speeds.collect();
-    let half_gap = 0.5 / sensors as f64 + 0.5 * spacing_m / length_m;
     Score {
         arrivals: due.len(),
         recall: pairs.len() as f64 / due.len() as f64,
@@ -179,7 +178,8 @@ fn score(scenario: &[&str], slider: [f64; 2], of: Sensors<'_>) -> Score {
         bias_s,
         scatter_s,
         ruptures: both.len(),
-        covered: lengths.iter().filter(|error| **error <= half_gap).count() as f64 / lengths.len() as f64,
+        covered: lengths.iter().filter(|error| **error <= 1.0 / sensors as f64).count() as f64
+            / lengths.len() as f64,
         length_error: median(lengths),
         speeds: speeds.len(),
         speed: (speeds.len() > 2).then(|| spread(&speeds)),
@@ -192,10 +192,11 @@ type Loop<'a> = (&'a [&'a str], [f64; 2], Sensors<'a>);
 const SLIP: Sensors<'_> = ("slip", "nm", 20);
 const AREA: Sensors<'_> = ("contact-area", "1", 20);
 
-/// Body, law, drive and load vary.
+/// Body, law, drive and load vary. The first two end before the slider slips as a whole, when the largest step of a
+/// sensor lies up to 0.1 ms behind the first, and slip sensors show that front.
 const LOOPS: [Loop<'_>; 10] = [
-    (&["default", "--set", "time.duration_s=1.2"], [100.0, 0.1], SLIP),
-    (&["default", "--set", "time.duration_s=1.2"], [100.0, 0.1], AREA),
+    (&["default", "--set", "time.duration_s=2.6"], [100.0, 0.1], SLIP),
+    (&["default", "--set", "time.duration_s=2.6"], [100.0, 0.1], AREA),
     (&["default", "--set", "slider.blocks=50", "--set", "time.duration_s=2"], [50.0, 0.1], AREA),
     (&["default", "--set", "normal_load.tilt=0.8333", "--set", "time.duration_s=1.5"], [100.0, 0.1], AREA),
     (&["default", "--set", "normal_load.tilt=-0.4", "--set", "time.duration_s=2"], [100.0, 0.1], SLIP),
@@ -210,36 +211,87 @@ const LOOPS: [Loop<'_>; 10] = [
     (&["slab", "--set", "time.duration_s=0.6"], [57.0, 0.14], AREA),
 ];
 
-/// What is found of a run is there, and most of what is there is found, with the errors that detection reaches.
-fn check((scenario, slider, of): Loop<'_>) {
+/// How well detection must do.
+#[derive(Clone, Copy)]
+struct Claim {
+    recall: f64,
+    precision: f64,
+    /// Of arrivals, within so much.
+    bias_s: [f64; 2],
+    scatter_s: f64,
+    /// Over the length of the slider.
+    length_error: f64,
+    /// Less one rupture.
+    covered: f64,
+    speed_bias: f64,
+    /// With an infinite number of speeds.
+    speed_scatter: f64,
+}
+
+/// What an independent program reached on the default chain with slip to 3 nm by 20 sensors, in the digits that were
+/// printed: recall and precision of ruptures there, so that sensors at the end of a rupture may lack it or have it too
+/// much, where they move by 6 to 8 nm and the threshold is 4.5 nm. An arrival is late by 1 us.
+const BY_SLIP: Claim = Claim {
+    recall: 0.97,
+    precision: 0.97,
+    bias_s: [1e-6, 0.5e-6],
+    scatter_s: 0.65e-6,
+    length_error: 0.0125,
+    covered: 0.988,
+    speed_bias: 0.01,
+    speed_scatter: 0.0226,
+};
+
+/// The same with contact area to 1 %.
+const BY_AREA: Claim = Claim { bias_s: [0.0, 0.5e-6], scatter_s: 0.45e-6, speed_scatter: 0.018, ..BY_SLIP };
+
+/// Of other bodies, laws and drives nothing is claimed but that most is found.
+const OF_OTHERS: Claim = Claim {
+    recall: 0.9,
+    precision: 0.95,
+    bias_s: [0.0, 3e-6],
+    scatter_s: 1.5e-6,
+    length_error: 0.025,
+    covered: 0.95,
+    speed_bias: 0.05,
+    speed_scatter: 0.05,
+};
+
+/// What is found of a run is there, and most of what is there is found, with the errors that are claimed.
+fn check((scenario, slider, of): Loop<'_>, claim: Claim) {
     let scenario = [scenario, &["--set", "parameter_set=as-stated"]].concat();
     let score = score(&scenario, slider, of);
     let what = format!("{scenario:?}, {of:?}: {score:?}");
     println!("{what}");
     assert!(score.arrivals >= 20 && score.ruptures >= 2, "{what}");
-    assert!(score.recall >= 0.97 && score.precision >= 0.97, "{what}");
-    assert!(score.bias_s.abs() <= 1e-6 && score.scatter_s <= 0.65e-6, "{what}");
-    // NaN where no rupture begins at the first sensor.
-    let is_far = score.length_error >= 0.0125 || score.covered < 0.985;
-    assert!(!is_far, "{what}");
-    assert!(score.speed.is_none_or(|[bias, scatter]| bias.abs() <= 0.01 && scatter < 0.025), "{what}");
+    assert!(score.recall >= claim.recall && score.precision >= claim.precision, "{what}");
+    let [bias_s, within_s] = claim.bias_s;
+    assert!((score.bias_s - bias_s).abs() <= within_s && score.scatter_s <= claim.scatter_s, "{what}");
+    // NaN where no rupture begins at the first sensor. One of 90 that does runs into another within the link time.
+    assert!(score.length_error <= claim.length_error, "{what}");
+    assert!(score.covered >= claim.covered - 1.0 / score.ruptures as f64, "{what}");
+    // Twice the standard error of a scatter by the median deviation.
+    let most = claim.speed_scatter * (1.0 + 2.0 * 1.17 / (score.speeds as f64).sqrt());
+    let is_near = |[bias, scatter]: [f64; 2]| bias.abs() <= claim.speed_bias && scatter <= most;
+    assert!(score.speed.is_none_or(is_near), "{what}");
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_slip() {
-    check(LOOPS[0]);
+    check(LOOPS[0], BY_SLIP);
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_contact_area() {
-    check(LOOPS[1]);
+    check(LOOPS[1], BY_AREA);
 }
 
 #[test]
 #[ignore = "minutes: cargo xtask nightly"]
 fn sampled_runs_of_many_kinds_are_found() {
-    let failed: Vec<usize> =
-        (2..LOOPS.len()).filter(|n| std::panic::catch_unwind(|| check(LOOPS[*n])).is_err()).collect();
+    let failed: Vec<usize> = (2..LOOPS.len())
+        .filter(|n| std::panic::catch_unwind(|| check(LOOPS[*n], OF_OTHERS)).is_err())
+        .collect();
     assert!(failed.is_empty(), "loops {failed:?}");
 }
 
@@ -256,7 +308,7 @@ fn a_sampled_run_gives_its_parameters_back() {
         file = "gauges-*.npy"
         rate_hz = 5e5
         starts = { file = "starts.csv", column = "start_s", unit = "s" }
-        array = [{ role = "shear-force", unit = "N", channels = "1..3", dead = [2], x_m = [0.0125, 0.02, 0.0325], normal_n = [4, 4, 4] }]
+        array = [{ role = "shear-force", unit = "N", channels = "1..3", dead = [2], x_m = [0.012121, 0.02, 0.032323], normal_n = [4, 4, 4] }]
         [detection]
         array = "fast"
         "#;

@@ -1,5 +1,5 @@
 //! Simulated runs, recorded as a laboratory would (`asperity recording sample`), read as recordings, and compared with
-//! their own events. The limits are those that detection reaches on recordings with this noise (docs/recordings.md).
+//! their own events. The limits are those that are claimed for recordings with this noise.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -30,9 +30,11 @@ fn number(row: &Row, column: &str) -> f64 {
 type Sensors<'a> = (&'a str, &'a str, usize);
 
 /// A description of sensors along a slider, in segments, and of both forces and the load point.
-fn instruments((role, unit, sensors): Sensors<'_>, length_m: f64) -> String {
-    let gap_m = length_m / sensors as f64;
-    let x_m: Vec<String> = (0..sensors).map(|n| format!("{:.6}", (n as f64 + 0.5) * gap_m)).collect();
+fn instruments((role, unit, sensors): Sensors<'_>, [blocks, length_m]: [f64; 2]) -> String {
+    let (gap_m, spacing_m) = (length_m / sensors as f64, length_m / (blocks - 1.0));
+    // On blocks, since a sampled sensor is that of the nearest one.
+    let place_m = |n: usize| ((n as f64 + 0.5) * gap_m / spacing_m).round() * spacing_m;
+    let x_m: Vec<String> = (0..sensors).map(|n| format!("{:.6}", place_m(n))).collect();
     format!(
         r#"
         format = 1
@@ -77,25 +79,42 @@ struct Score {
     ruptures: usize,
     /// Median, over the length of the slider.
     length_error: f64,
-    /// Share of lengths within the error, half a gap.
+    /// Share of lengths within the distance of sensors.
     covered: f64,
-    /// Median deviation of front speeds, relative, of several.
-    speed_error: Option<f64>,
+    /// Scatter and bias of front speeds, relative, of several, against those of the true arrivals at the same sensors.
+    speed: Option<[f64; 2]>,
+    speeds: usize,
+}
+
+/// The bias of errors and their scatter.
+fn spread(errors: &[f64]) -> [f64; 2] {
+    let bias = median(errors.iter().copied());
+    [bias, 1.4826 * median(errors.iter().map(|error| (error - bias).abs()))]
+}
+
+/// The speed of a front by the arrivals at sensors from the first of them on, as a recording has it (Theil and Sen).
+fn speed_m_per_s(arrivals: &[(f64, f64)]) -> Option<f64> {
+    let first = arrivals.iter().min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    let ahead: Vec<_> = arrivals.iter().filter(|(_, x_m)| *x_m >= first).collect();
+    let pairs =
+        ahead.iter().flat_map(|a| ahead.iter().filter(|b| b.1 > a.1).map(move |b| (b.0 - a.0) / (b.1 - a.1)));
+    (ahead.len() >= 4).then(|| 1.0 / median(pairs))
 }
 
 fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    let at = |n: usize| values.get(n).copied().unwrap_or(f64::NAN);
+    (at(values.len() / 2) + at(values.len().saturating_sub(1) / 2)) / 2.0
 }
 
 /// Runs a scenario, records it, reads that, and compares up to the end of the first global rupture.
-fn score(scenario: &[&str], [blocks, length_m]: [f64; 2], of: Sensors<'_>) -> Score {
-    let (folder, (_, _, sensors)) = (asperity_testkit::folder(), of);
+fn score(scenario: &[&str], slider: [f64; 2], of: Sensors<'_>) -> Score {
+    let (folder, (_, _, sensors), [blocks, length_m]) = (asperity_testkit::folder(), of, slider);
     let at = |name: &str| folder.path().join(name);
     let (made, like, sampled, read) = (at("made.mcap"), at("like.toml"), at("sampled"), at("read.mcap"));
     run(scenario, &made);
-    fs::write(&like, instruments(of, length_m)).unwrap();
+    fs::write(&like, instruments(of, slider)).unwrap();
     succeed(&["recording", "sample", text(&made), "--like", text(&like), "-o", text(&sampled)]);
     succeed(&["recording", "read", text(&sampled.join("recording.toml")), "-o", text(&read)]);
     for log in [&made, &read] {
@@ -127,7 +146,7 @@ fn score(scenario: &[&str], [blocks, length_m]: [f64; 2], of: Sensors<'_>) -> Sc
     let pairs: Vec<_> = due.iter().filter_map(|of| Some((*of, nearest(of, &read_at)?))).collect();
     let true_ones = read_at.iter().filter(|of| nearest(of, &made_at).is_some()).count();
     let errors: Vec<f64> = pairs.iter().map(|(of, found)| found.0 - of.0).collect();
-    let bias_s = median(errors.iter().copied());
+    let [bias_s, scatter_s] = spread(&errors);
     // A rupture is that of its first arrival.
     let by_name = |rows: &[Row], name: &str| rows.iter().find(|row| row["rupture"] == name).cloned();
     let mut seen = BTreeMap::new();
@@ -146,22 +165,24 @@ fn score(scenario: &[&str], [blocks, length_m]: [f64; 2], of: Sensors<'_>) -> Sc
         })
         .collect();
     let speeds = both.iter().filter_map(|(of, is)| {
-        let column = "front_speed_up_m_per_s";
-        let (of, is): (f64, f64) = (of[column].parse().ok()?, is[column].parse().ok()?);
-        Some((is / of - 1.0).abs())
+        let of_it = made_at.iter().filter(|arrival| arrival.2 == of["rupture"]);
+        let of_it: Vec<_> = of_it.map(|(at_s, sensor, _)| (*at_s, places[*sensor] * spacing_m)).collect();
+        let is: f64 = is["front_speed_up_m_per_s"].parse().ok()?;
+        Some(is / speed_m_per_s(&of_it)? - 1.0)
     });
     let speeds: Vec<f64> = speeds.collect();
-    let half_gap = 0.5 / sensors as f64 + 0.5 * spacing_m / length_m;
     Score {
         arrivals: due.len(),
         recall: pairs.len() as f64 / due.len() as f64,
         precision: true_ones as f64 / read_at.len() as f64,
         bias_s,
-        scatter_s: 1.4826 * median(errors.iter().map(|error| (error - bias_s).abs())),
+        scatter_s,
         ruptures: both.len(),
-        covered: lengths.iter().filter(|error| **error <= half_gap).count() as f64 / lengths.len() as f64,
+        covered: lengths.iter().filter(|error| **error <= 1.0 / sensors as f64).count() as f64
+            / lengths.len() as f64,
         length_error: median(lengths),
-        speed_error: (speeds.len() > 2).then(|| median(speeds)),
+        speeds: speeds.len(),
+        speed: (speeds.len() > 2).then(|| spread(&speeds)),
     }
 }
 
@@ -171,10 +192,11 @@ type Loop<'a> = (&'a [&'a str], [f64; 2], Sensors<'a>);
 const SLIP: Sensors<'_> = ("slip", "nm", 20);
 const AREA: Sensors<'_> = ("contact-area", "1", 20);
 
-/// Body, law, drive and load vary.
+/// Body, law, drive and load vary. The first two end before the slider slips as a whole, when the largest step of a
+/// sensor lies up to 0.1 ms behind the first, and slip sensors show that front.
 const LOOPS: [Loop<'_>; 10] = [
-    (&["default", "--set", "time.duration_s=1.2"], [100.0, 0.1], SLIP),
-    (&["default", "--set", "time.duration_s=1.2"], [100.0, 0.1], AREA),
+    (&["default", "--set", "time.duration_s=2.6"], [100.0, 0.1], SLIP),
+    (&["default", "--set", "time.duration_s=2.6"], [100.0, 0.1], AREA),
     (&["default", "--set", "slider.blocks=50", "--set", "time.duration_s=2"], [50.0, 0.1], AREA),
     (&["default", "--set", "normal_load.tilt=0.8333", "--set", "time.duration_s=1.5"], [100.0, 0.1], AREA),
     (&["default", "--set", "normal_load.tilt=-0.4", "--set", "time.duration_s=2"], [100.0, 0.1], SLIP),
@@ -189,37 +211,87 @@ const LOOPS: [Loop<'_>; 10] = [
     (&["slab", "--set", "time.duration_s=0.6"], [57.0, 0.14], AREA),
 ];
 
-/// What is found of a run is there, and most of what is there is found, with the errors that detection reaches.
-fn check((scenario, slider, of): Loop<'_>) {
+/// How well detection must do.
+#[derive(Clone, Copy)]
+struct Claim {
+    recall: f64,
+    precision: f64,
+    /// Of arrivals, within so much.
+    bias_s: [f64; 2],
+    scatter_s: f64,
+    /// Over the length of the slider.
+    length_error: f64,
+    /// Less one rupture.
+    covered: f64,
+    speed_bias: f64,
+    /// With an infinite number of speeds.
+    speed_scatter: f64,
+}
+
+/// What an independent program reached on the default chain with slip to 3 nm by 20 sensors, in the digits that were
+/// printed: recall and precision of ruptures there, so that sensors at the end of a rupture may lack it or have it too
+/// much, where they move by 6 to 8 nm and the threshold is 4.5 nm. An arrival is late by 1 us.
+const BY_SLIP: Claim = Claim {
+    recall: 0.97,
+    precision: 0.97,
+    bias_s: [1e-6, 0.5e-6],
+    scatter_s: 0.65e-6,
+    length_error: 0.0125,
+    covered: 0.988,
+    speed_bias: 0.01,
+    speed_scatter: 0.0226,
+};
+
+/// The same with contact area to 1 %.
+const BY_AREA: Claim = Claim { bias_s: [0.0, 0.5e-6], scatter_s: 0.45e-6, speed_scatter: 0.018, ..BY_SLIP };
+
+/// Of other bodies, laws and drives nothing is claimed but that most is found.
+const OF_OTHERS: Claim = Claim {
+    recall: 0.9,
+    precision: 0.95,
+    bias_s: [0.0, 3e-6],
+    scatter_s: 1.5e-6,
+    length_error: 0.025,
+    covered: 0.95,
+    speed_bias: 0.05,
+    speed_scatter: 0.05,
+};
+
+/// What is found of a run is there, and most of what is there is found, with the errors that are claimed.
+fn check((scenario, slider, of): Loop<'_>, claim: Claim) {
     let scenario = [scenario, &["--set", "parameter_set=as-stated"]].concat();
     let score = score(&scenario, slider, of);
     let what = format!("{scenario:?}, {of:?}: {score:?}");
     println!("{what}");
     assert!(score.arrivals >= 20 && score.ruptures >= 2, "{what}");
-    assert!(score.recall >= 0.9 && score.precision >= 0.95, "{what}");
-    assert!(score.bias_s.abs() <= 3e-6 && score.scatter_s <= 1.5e-6, "{what}");
-    // NaN where no rupture begins at the first sensor.
-    let is_far = score.length_error > 0.5 / of.2 as f64 || score.covered < 0.85;
-    assert!(!is_far, "{what}");
-    // Of all blocks and of those at sensors, between which fronts change their speed.
-    assert!(score.speed_error.is_none_or(|error| error <= 0.1), "{what}");
+    assert!(score.recall >= claim.recall && score.precision >= claim.precision, "{what}");
+    let [bias_s, within_s] = claim.bias_s;
+    assert!((score.bias_s - bias_s).abs() <= within_s && score.scatter_s <= claim.scatter_s, "{what}");
+    // NaN where no rupture begins at the first sensor. One of 90 that does runs into another within the link time.
+    assert!(score.length_error <= claim.length_error, "{what}");
+    assert!(score.covered >= claim.covered - 1.0 / score.ruptures as f64, "{what}");
+    // Twice the standard error of a scatter by the median deviation.
+    let most = claim.speed_scatter * (1.0 + 2.0 * 1.17 / (score.speeds as f64).sqrt());
+    let is_near = |[bias, scatter]: [f64; 2]| bias.abs() <= claim.speed_bias && scatter <= most;
+    assert!(score.speed.is_none_or(is_near), "{what}");
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_slip() {
-    check(LOOPS[0]);
+    check(LOOPS[0], BY_SLIP);
 }
 
 #[test]
 fn a_sampled_chain_is_found_by_contact_area() {
-    check(LOOPS[1]);
+    check(LOOPS[1], BY_AREA);
 }
 
 #[test]
 #[ignore = "minutes: cargo xtask nightly"]
 fn sampled_runs_of_many_kinds_are_found() {
-    let failed: Vec<usize> =
-        (2..LOOPS.len()).filter(|n| std::panic::catch_unwind(|| check(LOOPS[*n])).is_err()).collect();
+    let failed: Vec<usize> = (2..LOOPS.len())
+        .filter(|n| std::panic::catch_unwind(|| check(LOOPS[*n], OF_OTHERS)).is_err())
+        .collect();
     assert!(failed.is_empty(), "loops {failed:?}");
 }
 
@@ -236,11 +308,11 @@ fn a_sampled_run_gives_its_parameters_back() {
         file = "gauges-*.npy"
         rate_hz = 5e5
         starts = { file = "starts.csv", column = "start_s", unit = "s" }
-        array = [{ role = "shear-force", unit = "N", channels = "1..3", dead = [2], x_m = [0.0125, 0.02, 0.0325], normal_n = [4, 4, 4] }]
+        array = [{ role = "shear-force", unit = "N", channels = "1..3", dead = [2], x_m = [0.012121, 0.02, 0.032323], normal_n = [4, 4, 4] }]
         [detection]
         array = "fast"
         "#;
-    fs::write(&like, instruments(("slip", "m", 20), 0.1).replace("[detection]", gauges)).unwrap();
+    fs::write(&like, instruments(("slip", "m", 20), [100.0, 0.1]).replace("[detection]", gauges)).unwrap();
     let sample = ["recording", "sample", text(&made), "--like", text(&like), "-o", text(&sampled)];
     succeed(
         &[&sample[..], &["--noise", "tangential-force=0.01", "--noise", "shear-force=0.003", "--seed", "7"]]
@@ -278,7 +350,7 @@ fn sampling_is_reproducible_and_refuses_what_no_run_has() {
     let at = |name: &str| folder.path().join(name);
     let (made, like) = (at("made.mcap"), at("like.toml"));
     run(&["default", "--set", "parameter_set=as-stated", "--set", "time.duration_s=0.4"], &made);
-    fs::write(&like, instruments(("slip", "m", 5), 0.1)).unwrap();
+    fs::write(&like, instruments(("slip", "m", 5), [100.0, 0.1])).unwrap();
     let sample = |out: &str, seed: &str| {
         let out = at(out);
         succeed(&[
@@ -302,16 +374,20 @@ fn sampling_is_reproducible_and_refuses_what_no_run_has() {
         assert!(!at("none").exists());
     };
     refused(
-        instruments(("shear-strain", "1", 5), 0.1),
+        instruments(("shear-strain", "1", 5), [100.0, 0.1]),
         &["like.toml", "channel 1 has nothing to measure", "shear-force"],
     );
-    refused(instruments(("slip", "m", 5), 0.1).replace("0.090000]", "0.2]"), &["0.2"]);
+    refused(instruments(("slip", "m", 5), [100.0, 0.1]).replace("0.089899]", "0.2]"), &["0.2"]);
     ends(
         2,
         &["recording", "sample", text(&made), "--like", "x", "-o", "y", "--noise", "slip=-1"],
         &["slip=3e-9"],
     );
     let out = at("estimated.toml");
-    ends(1, &["recording", "estimate", text(&made), "-o", text(&out)], &["the log of a recording"]);
+    ends(
+        2,
+        &["recording", "estimate", text(&made), "-o", text(&out)],
+        &["made.mcap: it is of a run (accepted: the log of a recording)"],
+    );
     assert!(!out.exists());
 }

@@ -27,6 +27,19 @@ fn rows(path: &Path) -> Vec<Row> {
     reader.deserialize().map(|row| row.expect("it is a row")).collect()
 }
 
+/// Copies the recording of slip, and changes its description.
+fn copied(lab: &Path, change: impl FnOnce(String) -> String) -> PathBuf {
+    fs::create_dir(lab).expect("it can be made");
+    for entry in fs::read_dir(fixture("slip")).expect("a folder") {
+        let path = entry.expect("a file").path();
+        fs::copy(&path, lab.join(path.file_name().expect("a name"))).expect("it can be copied");
+    }
+    let description = lab.join("recording.toml");
+    let text = fs::read_to_string(&description).expect("a description");
+    fs::write(&description, change(text)).expect("it can be written");
+    description
+}
+
 fn number(row: &Row, column: &str) -> Option<f64> {
     row[column].parse().ok()
 }
@@ -147,12 +160,7 @@ fn a_description_is_shown_checked_and_refused() {
 fn a_recording_is_read_again_from_files_in_the_given_folder_alone() {
     let folder = asperity_testkit::folder();
     let (lab, log) = (folder.path().join("lab"), folder.path().join("lab.mcap"));
-    fs::create_dir(&lab).expect("it can be made");
-    for entry in fs::read_dir(fixture("slip")).expect("a folder") {
-        let path = entry.expect("a file").path();
-        fs::copy(&path, lab.join(path.file_name().expect("a name"))).expect("it can be copied");
-    }
-    let description = lab.join("recording.toml");
+    let description = copied(&lab, |text| text);
     succeed(&["--quiet", "recording", "read", text(&description), "-o", text(&log)]);
     fs::remove_file(description).expect("the log has it");
     let again = ["--quiet", "check", text(&log), "--again"];
@@ -210,4 +218,57 @@ fn a_log_has_what_channels_read_and_samples_about_ruptures() {
         let rise_m = mean_m(&trace[trace.len() - 100..]) - mean_m(&trace[..100]);
         assert!((rise_m / due(rupture, "mean_slip_m") - 1.0).abs() < 0.2, "{rise_m}: {rupture:?}");
     }
+}
+
+#[test]
+fn a_log_has_no_samples_about_ruptures_where_none_are_wanted() {
+    let folder = asperity_testkit::folder();
+    let (lab, log, tables) =
+        (folder.path().join("lab"), folder.path().join("slip.mcap"), folder.path().join("tables"));
+    let description = copied(&lab, |text| text.replace("[detection]", "[detection]\ntraces = false"));
+    succeed(&["--quiet", "recording", "read", text(&description), "-o", text(&log)]);
+    succeed(&["--quiet", "export", text(&log), "--to", "csv", "-o", text(&tables)]);
+    let has = |of: &str| !rows(&tables.join(format!("slip.{of}.csv"))).is_empty();
+    assert!(has("signal") && has("events.arrival") && !has("traces"));
+    assert!(succeed(&["check", text(&log)]).contains(": whole: "));
+}
+
+/// The summary of a recording has what that measures, and its load drops, without marks of what simulations are worth.
+#[test]
+fn a_summary_of_a_recording_has_what_that_measures() {
+    let folder = asperity_testkit::folder();
+    let log = read("slip", folder.path());
+    let due = rows(&fixture("slip/expected-load-drops.csv"));
+    let drops_n: Vec<f64> = due.iter().filter_map(|row| number(row, "drop_n")).collect();
+    let times_s: Vec<f64> = due.iter().filter_map(|row| number(row, "recurrence_s")).collect();
+    let median = |mut of: Vec<f64>| {
+        of.sort_by(f64::total_cmp);
+        (of[(of.len() - 1) / 2] + of[of.len() / 2]) / 2.0
+    };
+    let (drop_n, time_s) = (median(drops_n), median(times_s));
+
+    let description = copied(&folder.path().join("lab"), |text| {
+        let (forces, _) = text.split_once("[[stream]]\nname = \"fast\"").expect("two streams");
+        forces.replace("\"slip\"", "\"forces\"")
+    });
+    let forces = folder.path().join("forces.mcap");
+    succeed(&["--quiet", "recording", "read", text(&description), "-o", text(&forces)]);
+    for log in [&log, &forces] {
+        let json = succeed(&["summary", text(log), "--format", "json"]);
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let near = |key: &str, due: f64| (json[key].as_f64().expect(key) / due - 1.0).abs() < 2e-3;
+        assert!(json["load_drop_count"] == 64 && near("median_load_drop_n", drop_n), "{json}");
+        assert!(near("median_load_drop_recurrence_s", time_s), "{json}");
+        for absent in ["convergence", "drive_work_j", "unloaded_contact_count", "plain_steps", "length_law"] {
+            assert!(json.get(absent).is_none(), "{absent}: {json}");
+        }
+        assert_eq!(json.get("event_count").is_some(), json["run"] == "slip", "{json}");
+        let (_, printed, said) = outcome(&["summary", text(log)]);
+        assert!(printed.contains("\nLoad drops\n  load drop count ") && said.is_empty(), "{printed}{said}");
+        assert!(!printed.contains(['~', '#', '=']) && !printed.contains("Energy"), "{printed}");
+    }
+    let both = succeed(&["summary", text(&log), text(&forces)]);
+    assert!(both.lines().skip(2).all(|row| row.contains(" 64  0.381")), "{both}");
+    let (_, diff, _) = outcome(&["diff", text(&log), text(&forces)]);
+    assert!(diff.contains("the runs ") && !diff.contains("worth"), "{diff}");
 }

@@ -2,7 +2,7 @@
 //! types that read them.
 
 use asperity_figures::spelling::spelled;
-use asperity_numbers::{Key, Number, Summary};
+use asperity_numbers::{Key, Number, OfRecording, Summary};
 use asperity_record::{Column, ColumnKind};
 use asperity_study::pipeline::Pipeline;
 use schemars::{JsonSchema, SchemaGenerator};
@@ -16,7 +16,7 @@ pub(crate) fn parts() -> Vec<(&'static str, String)> {
         ("sweep figures", study.kinds(figures, "figure.", |name| name == "family")),
         ("pipeline figures", study.kinds(figures, "figure.", |name| name != "family")),
         ("numbers", keys(Number::all().filter(|number| !number.is_of_summary()).map(|number| number.key))),
-        ("summary", keys(Summary::KEYS)),
+        ("summary", keys(Summary::KEYS.iter().chain(OfRecording::KEYS))),
         ("pipeline tables", study.tables(&["run", "precursors", "study", "claim"])),
     ]
 }

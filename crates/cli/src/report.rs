@@ -200,12 +200,11 @@ fn run(
         figures.iter().filter_map(|figure| embedded(figure, &[&data], vec![name.to_owned()])).collect();
     // Of several recordings each figure has a place of its own.
     drawn.iter_mut().for_each(|figure| figure.file.insert_str(0, &format!("{}-", name.replace('/', "-"))));
-    let RunData { run: RunEvents { header, scenario, summary, .. }, drops, noise, .. } = data;
+    let RunData { run: RunEvents { header, scenario, summary, .. }, noise, .. } = data;
     let run = Run {
         name: name.to_owned(),
         summary,
         collected: page.finish(),
-        drops,
         noise,
         header,
         scenario,

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Scenario, WRONG_FRONT};
-use asperity_numbers::{Summarizer, Summary, text};
+use asperity_numbers::{OfRecording, Summarizer, Summary, text};
 use asperity_record::{EventPayload, Rupture, SlipEvent, counted};
 use asperity_run::{Checked, OpenLog, at_once};
 use asperity_tables::{CsvRows, Spelling};
@@ -98,9 +98,15 @@ fn print(
             print_json(&summaries.iter().map(|summary| summary.to_json()).collect::<Vec<_>>())
         }
         (SummaryFormat::Csv, ..) => {
-            let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
+            let has_recordings = summaries.iter().any(|summary| summary.of_recording.is_some());
+            let others = if has_recordings { OfRecording::KEYS } else { &[] };
+            let names = Summary::KEYS.iter().chain(others).map(|key| key.column.name.as_ref());
             let mut rows = CsvRows::headed(terminal::data(), names, Spelling::Scientific)?;
-            summaries.iter().try_for_each(|summary| rows.push_texts(summary.row()))?;
+            for summary in summaries {
+                let mut row = summary.row();
+                row.resize(Summary::KEYS.len() + others.len(), String::new());
+                rows.push_texts(row)?;
+            }
             Ok(rows.finish()?.flush()?)
         }
         (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary, as_coded))?),
@@ -178,7 +184,7 @@ fn notes(summary: &Summary) -> Vec<String> {
             counted(summary.event_count, "slip event")
         ));
     }
-    if summary.rupture_count.is_none() {
+    if summary.rupture_count.is_none() && summary.of_recording.is_none() {
         notes.push(format!("{WITHOUT_RUPTURES}; numbers that need them are missing"));
     }
     notes

@@ -22,6 +22,8 @@ use crate::table::{Row, Table};
 pub struct SideBySide {
     /// Whether fewer than half of the ruptures have a counterpart of the same blocks, as in two chaotic series.
     pub is_chaotic: bool,
+    /// Whether both are recordings.
+    pub are_recordings: bool,
     /// What ruptures are compared by, with their values: sizes of those that are no global slips, in blocks or beside a
     /// recording as shares of the slider; times from onset to onset, s; and beside a recording speeds of fronts, m/s, and
     /// falls of `F_T / F_N`, in load drops of a recording and in ruptures of a run.
@@ -46,7 +48,8 @@ pub(crate) fn of(
     ruptures: &RuptureDiff,
 ) -> Option<SideBySide> {
     let labels = labels(logs, set_differently)?;
-    let is_measured = logs.iter().any(|log| log.provenance.header.sensors.is_some());
+    let measured = logs.map(|log| log.provenance.header.sensors.is_some());
+    let is_measured = measured.contains(&true);
     let [old, new] = [0, 1].map(|side| distributions(tables[side], logs[side], is_measured));
     let unit =
         if is_measured { "sizes below the whole slider, L" } else { "sizes below the whole slider, blocks" };
@@ -64,6 +67,7 @@ pub(crate) fn of(
     let distributions = if is_measured { &DISTRIBUTIONS[1..] } else { &DISTRIBUTIONS };
     Some(SideBySide {
         is_chaotic: 4 * same_blocks < ruptures.old + ruptures.new,
+        are_recordings: measured == [true; 2],
         quantities,
         courses: figures(&COURSES, logs, &labels),
         distributions: figures(distributions, logs, &labels),

@@ -65,7 +65,7 @@ pub(crate) use key;
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
 /// its unit; a number without unit has `[unit = "1"]` after its type. Behind a group stands the class of its numbers, and
-/// behind `as` that of a number of another class.
+/// behind `as` that of a number of another class. Behind all may stand a summary that only some runs have.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
@@ -79,6 +79,7 @@ macro_rules! summary {
                 }
             )+
         }
+        $($(#[doc = $of_part:tt])* $part:ident: $part_type:ty = $part_value:expr,)?
     ) => {
         $(#[doc = $about])*
         #[derive(Debug, Clone, Default, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
@@ -89,6 +90,7 @@ macro_rules! summary {
                 $(#[doc = $doc])*
                 pub $field: $type,
             )+)+
+            $($(#[doc = $of_part])* #[serde(skip)] pub $part: $part_type,)?
         }
 
         impl $name {
@@ -102,7 +104,13 @@ macro_rules! summary {
 
             /// That of a run.
             pub(crate) fn of($run: $of) -> $name {
-                $name { $($($field: $value,)+)+ }
+                $name { $($($field: $value,)+)+ $($part: $part_value,)? }
+            }
+
+            /// The value of each key, in the same order; null where the run does not determine it.
+            pub fn values(&self) -> Vec<::serde_json::Value> {
+                let mut all = ::serde_json::json!(self);
+                $name::KEYS.iter().map(|key| all[&*key.column.name].take()).collect()
             }
         }
     };

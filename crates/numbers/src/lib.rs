@@ -114,5 +114,5 @@ pub use rupture_numbers::{
 };
 pub use statistics::{median, quantile};
 pub use summarizer::Summarizer;
-pub use summary::Summary;
+pub use summary::{OfRecording, Summary};
 pub use theory_residuals::AFFECTED_THRESHOLD;

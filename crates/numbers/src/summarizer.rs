@@ -3,7 +3,8 @@
 use asperity_model::theory::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{Plan, Scenario};
 use asperity_record::{
-    Direction, Energy, Event, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, SlipEvent, StepRecord,
+    Direction, Energy, Event, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus, Rupture, SlipEvent,
+    StepRecord,
 };
 use serde_json::Value;
 
@@ -27,7 +28,7 @@ const FEWEST_INTERVALS: usize = 4;
 /// Receives a run in its order, and returns its [`Summary`].
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
-/// wide raw events, and the steps of all raw events.
+/// wide raw events, the steps of all raw events, and the sizes of load drops.
 #[derive(Default)]
 pub struct Summarizer {
     pub(crate) name: String,
@@ -48,8 +49,11 @@ pub struct Summarizer {
     pub(crate) switches: u64,
     pub(crate) detachments: u64,
     pub(crate) largest_ft_fn: Option<f64>,
-    /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning.
-    pulls_both_ways: bool,
+    /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning, or `F_T` was not recorded.
+    pub(crate) lacks_ft: bool,
+    /// The load drops of a recording, and the times between them.
+    pub(crate) drops_n: Vec<f64>,
+    pub(crate) recurrences_s: Vec<f64>,
     creep: CreepFront,
     pub(crate) raw: RawEvents,
     pub(crate) unloaded: Unloaded,
@@ -108,7 +112,7 @@ impl Summarizer {
         self.records += 1;
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
-        self.pulls_both_ways |= record.end_forces_n.is_some();
+        self.lacks_ft |= record.end_forces_n.is_some();
         self.unloaded.take(record);
         for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
             self.detachments += 1;
@@ -146,7 +150,9 @@ impl Summarizer {
     /// Ends the run, with its status if known. Without ruptures, as of a log of a program without their detector, the
     /// numbers that need them are unknown.
     pub fn finish(mut self, has_ruptures: bool, end: Option<&RunEnd>) -> Summary {
-        self.has_ruptures = has_ruptures;
+        let sensors = self.header.sensors.as_ref();
+        self.has_ruptures = has_ruptures && sensors.is_none_or(|sensors| !sensors.x_m.is_empty());
+        self.lacks_ft |= sensors.is_some() && self.largest_ft_fn == Some(0.0);
         self.last_step = end.map_or(self.last_step, |end| end.last_step);
         self.end = end.cloned();
         self.sizes = GutenbergRichter::complete(&self.magnitudes.all);
@@ -158,7 +164,7 @@ impl Summarizer {
     }
 
     pub(crate) fn ratio(&self, value: Option<f64>) -> Option<f64> {
-        value.and_then(finite).filter(|_| !self.pulls_both_ways)
+        value.and_then(finite).filter(|_| !self.lacks_ft)
     }
 
     /// How the run ended, in the word of its log.
@@ -297,12 +303,15 @@ impl Observer for Summarizer {
         }
     }
 
-    /// Ignores events other than raw slip events and ruptures.
+    /// Ignores events other than raw slip events, ruptures and load drops.
     fn event(&mut self, event: &Event) {
         if let Some(slip) = event.get::<SlipEvent>() {
             self.slip_event(slip);
         } else if let Some(rupture) = event.get::<Rupture>() {
             self.rupture(rupture);
+        } else if let Some(drop) = event.get::<LoadDrop>() {
+            self.drops_n.push(drop.drop_n);
+            self.recurrences_s.extend(drop.recurrence_s);
         }
     }
 }

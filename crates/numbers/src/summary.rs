@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 
 use crate::convergence::Convergence;
 use crate::estimate::line;
-use crate::key::summary;
+use crate::key::{Key, summary};
 use crate::rupture_numbers as measures;
-use crate::statistics::mean;
+use crate::statistics::{mean, median};
 use crate::summarizer::{Summarizer, finite, mean_of, median_of};
 
 summary! {
@@ -156,7 +156,7 @@ summary! {
             /// friction, whose solver chooses its steps.
             // With a state the solver chooses its steps.
             front_speed_error_ratio: Option<f64> =
-                (run.front_speed_m_per_s().is_some() && !run.header.has_state)
+                (run.front_speed_m_per_s().is_some() && !run.header.has_state && run.header.sensors.is_none())
                     .then(|| run.header.scales.front_error(run.header.time_step_s)),
         }
         "Slip and force" OneDraw {
@@ -328,17 +328,44 @@ summary! {
             jumps: Option<u64> = run.solver("jumps"),
         }
     }
+    /// Numbers that only recordings have; none of a run.
+    of_recording: Option<OfRecording> = run.header.sensors.as_ref().map(|_| OfRecording::of(run)),
 }
+
+summary! {
+    /// The numbers that a recording has beside those of a run, of which it has only those that it measures.
+    pub struct OfRecording = |run: &Summarizer| {
+        "Load drops" Robust {
+            /// Number of load drops, sudden falls of the tangential force; null where that was not recorded.
+            load_drop_count: Option<u64> = (!run.lacks_ft).then_some(run.drops_n.len() as u64),
+            /// Median size of a load drop, N; null if there is none.
+            median_load_drop_n: Option<f64> = median(run.drops_n.iter().copied()),
+            /// Median time from one load drop to the next, s; null if there are fewer than two.
+            median_load_drop_recurrence_s: Option<f64> = median(run.recurrences_s.iter().copied()),
+        }
+    }
+}
+
+/// What no recording has, though it is counted.
+const OF_MODELS: &str = "Contacts without load";
+
+/// What a recording without an array lacks.
+const OF_ARRAYS: [&str; 4] = ["Fronts", "Creep", "Raw slip events", "Counts"];
 
 /// The classes of its numbers in its JSON.
 const CONVERGENCE: &str = "convergence";
 
 impl Summary {
-    /// The JSON schema of a summary: every key with its meaning.
+    /// The JSON schema of a summary: every key with its meaning. Recordings leave some out, and have others.
     pub fn schema() -> Value {
-        // As it is written: no key is left out.
-        let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-        let mut schema = generator.into_root_schema_for::<Summary>().to_value();
+        let generator = || SchemaSettings::draft2020_12().for_serialize().into_generator();
+        let mut schema = generator().into_root_schema_for::<Summary>().to_value();
+        let others = generator().into_root_schema_for::<OfRecording>().to_value();
+        for (name, about) in others["properties"].as_object().expect("they are properties") {
+            schema["properties"][name] = about.clone();
+        }
+        let of_all = Summary::KEYS.iter().filter(|key| key.group == Summary::KEYS[0].group);
+        schema["required"] = of_all.map(|key| &*key.column.name).collect();
         let words: Vec<&str> = Convergence::ALL.iter().map(|(_, word, ..)| *word).collect();
         let about = "Numbers that are not robust, with their class (docs/internals/convergence.md).";
         schema["properties"][CONVERGENCE] =
@@ -346,19 +373,30 @@ impl Summary {
         schema
     }
 
-    /// It as JSON for other programs, with the class of each number that is not robust.
+    /// It as JSON for other programs, with the class of each number of a run that is not robust.
     pub fn to_json(&self) -> Value {
-        let mut all = json!(self);
-        let classes = Summary::KEYS.iter().filter(|key| key.convergence != Convergence::Robust);
-        all[CONVERGENCE] =
-            classes.map(|key| (key.column.name.to_string(), Value::from(key.convergence.word()))).collect();
+        let named = |(key, value): (&Key, Value)| (key.column.name.to_string(), value);
+        let mut all: Value = self.shown().into_iter().map(named).collect();
+        if self.of_recording.is_none() {
+            let classes = Summary::KEYS.iter().filter(|key| key.convergence != Convergence::Robust);
+            all[CONVERGENCE] = classes
+                .map(|key| (key.column.name.to_string(), Value::from(key.convergence.word())))
+                .collect();
+        }
         all
     }
 
-    /// The value of each key, in the same order; null where the run does not determine it.
-    pub fn values(&self) -> Vec<Value> {
-        let mut all = json!(self);
-        Summary::KEYS.iter().map(|key| all[&*key.column.name].take()).collect()
+    /// The keys to show, with their values: of a run all, of a recording those that it determines.
+    pub fn shown(&self) -> Vec<(&'static Key, Value)> {
+        let all = Summary::KEYS.iter().zip(self.values());
+        let Some(of_recording) = &self.of_recording else { return all.collect() };
+        let lacks = |key: &Key| {
+            key.group == OF_MODELS || self.rupture_count.is_none() && OF_ARRAYS.contains(&key.group)
+        };
+        let is_shown = |(key, value): &(&Key, Value)| {
+            key.group == Summary::KEYS[0].group || !value.is_null() && !lacks(key)
+        };
+        all.filter(is_shown).chain(OfRecording::KEYS.iter().zip(of_recording.values())).collect()
     }
 
     /// The number of the key at a place, or 1 for a flag that is set.
@@ -368,13 +406,14 @@ impl Summary {
     }
 
     /// The row of a table: the values as JSON spells them, texts without their quotation marks, and
-    /// nothing for null.
+    /// nothing for null; behind them those that only recordings have.
     pub fn row(&self) -> Vec<String> {
         let text = |value: Value| match value {
             Value::Null => String::new(),
             Value::String(text) => text,
             other => other.to_string(),
         };
-        self.values().into_iter().map(text).collect()
+        let others = self.of_recording.iter().flat_map(OfRecording::values);
+        self.values().into_iter().chain(others).map(text).collect()
     }
 }

@@ -12,32 +12,31 @@ use crate::summary::Summary;
 /// Replaces a missing value.
 const NOTHING: &str = "-";
 
-/// Formats one summary: a line per key, under headings; with other words for its parameter set, if given.
+/// Formats one summary: a line per key, under headings; with other words for its parameter set, if given. Numbers of a
+/// recording have no marks.
 pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
-    let values = summary.values();
-    let lines: Vec<(String, String)> = Summary::KEYS
+    let shown = summary.shown();
+    let lines: Vec<(String, String)> = shown
         .iter()
-        .zip(&values)
         .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {
             Some(words) => (key.label(), words.to_owned()),
             None => (key.label(), with_unit(value, key.column.unit) + &remark(summary, key)),
         })
         .collect();
     let label_width = lines.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
+    let is_marked = summary.of_recording.is_none();
     let mut text = String::new();
     let mut group = "";
-    for (key, (label, value)) in Summary::KEYS.iter().zip(&lines) {
+    for ((key, _), (label, value)) in shown.iter().zip(&lines) {
         if key.group != group {
             let space = if group.is_empty() { "" } else { "\n" };
             writeln!(text, "{space}{}", key.group).expect("a text can be written to");
             group = key.group;
         }
-        let mark = key.convergence.mark();
+        let mark = if is_marked { key.convergence.mark() } else { "" };
         writeln!(text, "{mark:1} {label:label_width$}  {value}").expect("a text can be written to");
     }
-    text.push('\n');
-    text.push_str(&what_marks_mean());
-    text
+    if is_marked { text + "\n" + &what_marks_mean() } else { text }
 }
 
 /// A line for each mark of numbers that are not robust.
@@ -48,14 +47,10 @@ pub fn what_marks_mean() -> String {
 
 /// What a key is called, and its value with its unit.
 pub fn of_key(summary: &Summary, name: &str) -> (String, String) {
-    let (at, key) = place(name);
-    (key.label(), with_unit(&summary.values()[at], key.column.unit))
-}
-
-/// The place of a key.
-fn place(name: &str) -> (usize, &'static Key) {
-    let named = |(_, key): &(usize, &Key)| key.column.name == name;
-    Summary::KEYS.iter().enumerate().find(named).expect("the name is that of a key")
+    let shown = summary.shown();
+    let (key, value) =
+        shown.iter().find(|(key, _)| key.column.name == name).expect("the name is that of a key");
+    (key.label(), with_unit(value, key.column.unit))
 }
 
 /// The columns of [`of_several`]: two lines of heading, and the key.
@@ -72,19 +67,26 @@ const COLUMNS: [(&str, &str, &str); 10] = [
     ("they", "mislead", "raw_events_mislead"),
 ];
 
+/// What recordings have in place of the last ones.
+const OF_RECORDINGS: [(&str, &str, &str); 2] =
+    [("load", "drops", "load_drop_count"), ("median", "drop, N", "median_load_drop_n")];
+
 /// Formats several summaries: a row each, with the most important numbers.
 pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> String {
+    let summaries: Vec<&Summary> = summaries.into_iter().collect();
+    let are_recordings = summaries.iter().all(|summary| summary.of_recording.is_some());
+    let (first, last) = COLUMNS.split_at(COLUMNS.len() - OF_RECORDINGS.len());
+    let columns = [first, if are_recordings { &OF_RECORDINGS } else { last }].concat();
     let mut rows: Vec<Vec<String>> = vec![
-        COLUMNS.iter().map(|(above, ..)| (*above).to_owned()).collect(),
-        COLUMNS.iter().map(|(_, below, _)| (*below).to_owned()).collect(),
+        columns.iter().map(|(above, ..)| (*above).to_owned()).collect(),
+        columns.iter().map(|(_, below, _)| (*below).to_owned()).collect(),
     ];
-    let places = COLUMNS.map(|(.., name)| place(name).0);
-    for summary in summaries {
-        let values = summary.values();
-        rows.push(places.iter().map(|place| spelled(&values[*place])).collect());
+    for shown in summaries.into_iter().map(Summary::shown) {
+        let value = |name| shown.iter().find(|(key, _)| key.column.name == name).map(|(_, value)| value);
+        rows.push(columns.iter().map(|(.., name)| spelled(value(*name).unwrap_or(&Value::Null))).collect());
     }
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
     let mut text = String::new();
     for row in &rows {
         let mut line = format!("{:1$}", row[0], widths[0]);

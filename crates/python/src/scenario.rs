@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use asperity_model::scenario::builtin;
 use asperity_model::source;
 use asperity_model::{Plan, Scenario as Resolved, ScenarioSource};
-use asperity_numbers::Summary;
+use asperity_numbers::{Key, OfRecording, Summary};
 use asperity_record::counted;
 use asperity_report::html::markup::text;
 use asperity_report::sketch_alone;
@@ -225,8 +225,8 @@ fn with(source: ScenarioSource, values: &[String]) -> ScenarioSource {
 
 /// The numbers of a run, and what they are printed as.
 pub(crate) fn summary_of<'py>(py: Python<'py>, summary: &Summary, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
-    numbers_of(py, names.zip(summary.values()), text)
+    let named = |(key, value): (&'static Key, Value)| (key.column.name.as_ref(), value);
+    numbers_of(py, summary.shown().into_iter().map(named), text)
 }
 
 /// Numbers by name, as the package's dictionary of numbers with units.
@@ -238,7 +238,7 @@ fn numbers_of<'py, 'a>(
     let (values, units, about) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
     for (name, value) in numbers {
         values.set_item(name, to_python(py, &value)?)?;
-        let key = Summary::KEYS.iter().find(|key| key.column.name == name);
+        let key = Summary::KEYS.iter().chain(OfRecording::KEYS).find(|key| key.column.name == name);
         let unit = key.map_or_else(|| asperity_record::unit_of(name), |key| key.column.unit);
         units.set_item(name, unit)?;
         if let Some(key) = key {

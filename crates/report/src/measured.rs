@@ -40,13 +40,17 @@ fn slider(run: &Run, sensors: &Sensors) -> String {
     )
 }
 
+/// Whether runs are recordings of forces alone, which have no ruptures.
+pub(crate) fn are_forces(runs: &[Run]) -> bool {
+    runs.iter().all(|run| run.header.sensors.as_ref().is_some_and(|sensors| sensors.x_m.is_empty()))
+}
+
 /// How often the load fell, by how much, and how long after the fall before.
 pub(crate) fn fell(run: &Run) -> [String; 2] {
-    let drops = &run.drops;
-    let size_n = median(drops.iter().map(|drop| drop.drop_n));
-    let recurrence_s = median(drops.iter().filter_map(|drop| drop.recurrence_s));
-    let medians = size_n.zip(recurrence_s).map_or_else(String::new, |(size_n, recurrence_s)| {
+    let of = run.summary.of_recording.clone().unwrap_or_default();
+    let medians = of.median_load_drop_n.zip(of.median_load_drop_recurrence_s);
+    let medians = medians.map_or_else(String::new, |(size_n, recurrence_s)| {
         format!("by {} N, {} s apart (medians)", rounded(size_n, 3), rounded(recurrence_s, 3))
     });
-    [drops.len().to_string(), medians]
+    [of.load_drop_count.map_or("no force".to_owned(), |count| count.to_string()), medians]
 }

@@ -265,7 +265,7 @@
       column("kind", "kind", (k) => ruptures[k][KIND], (k) => WORDS[ruptures[k][KIND]], false),
       column("onset", "onset (s)", onset, (k) => time(onset(k))),
       column("duration", "duration (ms)", (k) => (ruptures[k][END] === null ? null : end(k) - onset(k)), (k) => (ruptures[k][END] === null ? null : digits((end(k) - onset(k)) * 1e3, 4))),
-      column("blocks", byId("over-area") ? "columns" : "blocks", blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
+      column("blocks", byId("ruptures").dataset.places, blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
       column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => String(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
@@ -312,7 +312,7 @@
     choice.value = name;
     const count = ruptures.length + run.events.length;
     const panel = {
-      title: run.rows ? "column" : "", count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
+      title: places().slice(0, -1), count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
       last: new Int32Array(count), look: new Uint8Array(count),
     };
     for (const [n, one] of [...ruptures, ...run.events].entries()) {

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::claims::{beside, link};
 use crate::figures::{Figure, is_beside_one};
 use crate::html::markup::{Cell, Row, counted, json, paragraph, table, text};
+use crate::measured::are_forces;
 use crate::over_area::{self, OverArea};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
@@ -191,9 +192,14 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
 
 /// The pair of load curve and map, of whichever run is chosen.
 pub(crate) fn pair(runs: &[Run]) -> String {
-    if runs.is_empty() {
+    if are_forces(runs) {
         return String::new();
     }
+    let place = match runs.iter().all(|run| run.header.parts().recording) {
+        true => "sensor",
+        false if over_area::is_needed(runs) => "column",
+        false => "block",
+    };
     let options: String =
         runs.iter().map(|run| format!("<option value=\"{0}\">{0}</option>", text(&run.name))).collect();
     let chooser = format!(
@@ -210,8 +216,8 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          F_T over F_N against time, with the onsets of precursors and global slips. Arrow keys go from rupture to \
          rupture.\" aria-describedby=\"keys\"></div>\n\
          <canvas id=\"map\" class=\"map\" tabindex=\"0\" role=\"application\" aria-roledescription=\"space-time map\" \
-         aria-label=\"Space-time map: block against time; every rupture a rectangle from its onset to its end and from its \
-         first to its last block, or, zoomed in, the times at which its front came to each block and at which each \
+         aria-label=\"Space-time map: {place} against time; every rupture a rectangle from its onset to its end and from its \
+         first to its last {place}, or, zoomed in, the times at which its front came to each {place} and at which each \
          stopped. Arrow keys go from rupture to rupture.\" aria-describedby=\"keys\"></canvas>\n</figure>\n\
          <p class=\"needs-script\"><span id=\"chosen\" role=\"status\" aria-live=\"polite\">No rupture is picked.</span> \
          <button id=\"to-front\" type=\"button\" hidden>zoom to its front</button></p>\n\
@@ -228,18 +234,18 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          aria-hidden=\"true\"></canvas>precursors</label>\
          <label><input type=\"checkbox\" data-kind=\"0\" checked> <canvas class=\"key\" data-look=\"rupture\" \
          aria-hidden=\"true\"></canvas>other ruptures</label>\
-         <label>of <input id=\"least\" type=\"number\" min=\"1\" value=\"1\" size=\"5\"> blocks or more</label>\
+         <label>of <input id=\"least\" type=\"number\" min=\"1\" value=\"1\" size=\"5\"> {place}s or more</label>\
          <label><input id=\"in-view\" type=\"checkbox\"> in view only</label>\
          <label><input id=\"events\" type=\"checkbox\"> <canvas class=\"key\" data-look=\"event\" \
          aria-hidden=\"true\"></canvas>slip events</label></fieldset></div>\n\
          <p class=\"soft needs-script\">Above, {ratio} against time; below, the ruptures, each from its onset to its end \
-         and from its first to its last block, none drawn thinner than 1.5 dots. Zoomed to a rupture, the map shows when \
-         its front came to each block, and when each block stopped. A rupture picked in the curve, the map or the table \
+         and from its first to its last {place}, none drawn thinner than 1.5 dots. Zoomed to a rupture, the map shows when \
+         its front came to each {place}, and when each {place} stopped. A rupture picked in the curve, the map or the table \
          is shown in all three. <span id=\"keys\">Keys: ← and → pick the rupture before and after, Enter zooms to it, Escape \
          lets it go; Shift with ← and → moves, + and − zoom, 0 shows the whole run.</span> Drag to move the map, or across \
          the curve to zoom; the wheel zooms once the picture has been clicked. <span id=\"held\"></span></p>\n\
          <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
-         <div id=\"ruptures\" class=\"long needs-script\"></div>\n\
+         <div id=\"ruptures\" class=\"long needs-script\" data-places=\"{place}s\"></div>\n\
          <div id=\"hover\" aria-hidden=\"true\"></div>\n",
         over_area = over_area::place_of_script(runs),
         ratio = lettered("F_T/F_N")
@@ -309,7 +315,7 @@ fn in_short(summary: &Summary) -> String {
         .first_global_rupture_onset_s
         .map(|onset| format!("first global slip at {} s", rounded(onset, 5)));
     let parts = [
-        counted(Some(summary.blocks.into()), "block")
+        counted(Some(summary.blocks.into()), if summary.of_recording.is_some() { "sensor" } else { "block" })
             .map(|blocks| format!("{blocks}, {} s", number(summary.simulated_s))),
         counted(summary.rupture_count, "rupture"),
         counted(summary.precursor_count, "precursor"),
@@ -367,7 +373,7 @@ fn widest(run: &Run) -> String {
 
 /// The numbers of a summary by their groups.
 fn numbers(run: &Run) -> String {
-    let known = Summary::KEYS.iter().zip(run.summary.values()).filter(|(_, value)| !value.is_null());
+    let known = run.summary.shown().into_iter().filter(|(_, value)| !value.is_null());
     let rows = known.map(|(key, value)| {
         let value = serde_json::from_value(value).expect("numbers of a summary are cells");
         Row::from(vec![

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asperity_model::Scenario;
 use asperity_numbers::Summary;
 use asperity_numbers::claim::Claim;
-use asperity_record::{LoadDrop, Noise, RunHeader};
+use asperity_record::{Noise, RunHeader};
 
 use crate::figures::Figure;
 use crate::page_collector::Collected;
@@ -40,9 +40,7 @@ pub struct Run {
     pub summary: Summary,
     /// The data collected from it.
     pub collected: Collected,
-    /// Of a recording, its load drops and the noise of its sensors.
-    pub drops: Vec<LoadDrop>,
-    /// See [`Run::drops`].
+    /// Of a recording, the noise of its sensors.
     pub noise: Vec<Noise>,
     /// The missing part, if its log is incomplete.
     pub lacks: Option<String>,

@@ -1,12 +1,12 @@
 //! The main facts of a run: when it slipped, its precursors, the speed of its fronts, and the slider.
 
 use crate::html::markup::{counted, text};
-use crate::measured::fell;
+use crate::measured::{are_forces, fell};
 use crate::page_collector::CollectedRupture;
 use crate::study::Run;
 use crate::symbols::rounded;
 
-/// The verdict on a run: four answers, each with its question.
+/// The verdict on a run: four answers, each with its question; of forces alone how they fell.
 pub(crate) fn verdict(run: &Run) -> String {
     let answers = [
         ("first global slip", global_slip(run)),
@@ -14,11 +14,12 @@ pub(crate) fn verdict(run: &Run) -> String {
         ("front speed", front_speed(run)),
         if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
     ];
-    let rows = answers.map(|(question, [short, more])| {
-        let more = if more.is_empty() { more } else { format!("<span>{more}</span>") };
+    let shown = if are_forces(std::slice::from_ref(run)) { &answers[3..] } else { &answers[..] };
+    let rows = shown.iter().map(|(question, [short, more])| {
+        let more = if more.is_empty() { String::new() } else { format!("<span>{more}</span>") };
         format!("<div><dt>{question}</dt><dd><b>{short}</b>{more}</dd></div>\n")
     });
-    format!("<dl class=\"answers\">\n{}</dl>\n", rows.concat())
+    format!("<dl class=\"answers\">\n{}</dl>\n", rows.collect::<String>())
 }
 
 /// Digits of speeds and of v/c, so that one follows from the other as they are printed.

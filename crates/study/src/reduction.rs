@@ -203,7 +203,6 @@ impl<'a> Reduction<'a> {
                 scenario: run.scenario.clone(),
                 summary: run.summary.clone(),
                 collected: page.finish(),
-                drops: Vec::new(),
                 noise: Vec::new(),
                 lacks: None,
                 note: BTreeMap::new(),

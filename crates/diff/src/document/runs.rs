@@ -55,7 +55,7 @@ fn row_of(change: &NumberChange, is_marked: bool) -> Row {
 
 /// The numbers of the summaries, those that one asks for first in front.
 pub(super) fn numbers(report: &Report) -> Vec<Block> {
-    let is_marked = side_by_side(report).is_some();
+    let is_marked = side_by_side(report).is_some_and(|both| !both.are_recordings);
     let heads = ["the runs", "#old", "#new", "#difference", "#relative"].into_iter();
     let heads = headings(&heads.chain(is_marked.then_some("worth")).collect::<Vec<_>>());
     let mut blocks = if is_one(report) { Vec::new() } else { numbers_of_many(report) };

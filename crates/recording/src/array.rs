@@ -47,8 +47,13 @@ impl Numbers {
             };
             ($Number:ident, $from:ident) => {{
                 let decode: Decode = |stored, piece, at, row| {
-                    let number = |from: &[u8]| from[at..].first_chunk().map_or(0.0, |bytes| <$Number>::$from(*bytes) as f64);
-                    row.extend(stored.chunks_exact(piece).map(number));
+                    const BYTES: usize = size_of::<$Number>();
+                    let (numbers, first) = (stored.as_chunks::<BYTES>().0, at / BYTES);
+                    let number = |stored: [u8; BYTES]| <$Number>::$from(stored) as f64;
+                    match piece / BYTES {
+                        1 => row.extend(numbers.iter().map(|stored| number(*stored))),
+                        apart => row.extend(numbers.chunks_exact(apart).map(|piece| number(piece[first]))),
+                    }
                 };
                 Some(Numbers { bytes: size_of::<$Number>() as u64, decode })
             }};

@@ -1,5 +1,6 @@
 //! Load drops, and the loads at any time, by straight lines through samples between the ramps of the tangential force.
 
+use std::array::from_mut;
 use std::ops::Range;
 
 use asperity_record::LoadDrop;
@@ -7,7 +8,7 @@ use asperity_record::LoadDrop;
 use crate::description::Channel;
 use crate::line::Line;
 use crate::noise::OfPart;
-use crate::pick::{Finder, Search};
+use crate::pick::{self, Finder, Search};
 use crate::ramp::Ramp;
 use crate::samples::Block;
 use crate::survey::Part;
@@ -106,7 +107,8 @@ impl Forces<'_> {
         }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
         let row = &rows.rows[FORCE];
-        self.finder.extend(&row[(first - rows.first) as usize..], is_last, &mut |window, ramp| {
+        let (finder, fresh) = (from_mut(&mut self.finder), &row[(first - rows.first) as usize..]);
+        pick::extend(finder, &[fresh], is_last, &mut |_, window, ramp| {
             if !noise.touches_clips(window, &ramp) {
                 ramps.push(ramp);
             }

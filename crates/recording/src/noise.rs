@@ -8,7 +8,7 @@ use crate::ramp::Ramp;
 use crate::recording::{Detected, Progress, Recording, SHORTEST_PART};
 use crate::signals::Signals;
 use crate::survey::Part;
-use crate::window::{Scatter, Values, Window};
+use crate::window::{Scatter, Values, Window, larger, lesser};
 
 /// Equal samples in a row at the extreme of a channel that are clipped.
 const CLIPPED: u64 = 3;
@@ -88,8 +88,6 @@ struct Extremes {
     least: Run,
     most: Run,
     quantum: f64,
-    /// Differences between the last samples.
-    steps: Vec<f64>,
     last: f64,
     samples: u64,
 }
@@ -97,25 +95,42 @@ struct Extremes {
 impl Default for Extremes {
     fn default() -> Extremes {
         let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
-        Extremes { least, most, quantum: f64::INFINITY, steps: Vec::new(), last: f64::NAN, samples: 0 }
+        Extremes { least, most, quantum: f64::INFINITY, last: f64::NAN, samples: 0 }
     }
 }
 
 impl Extremes {
     /// Adds samples. Returns the least, mean and largest of them.
     fn extend(&mut self, samples: &[f64]) -> [f64; 3] {
-        let lesser = |a: f64, b: f64| if b < a { b } else { a };
-        let least = lanes(samples, lesser);
-        let most = lanes(samples, |a, b| if b > a { b } else { a });
-        let sum = lanes(samples, |a, b| a + b);
-        let apart = |(before, value): (&f64, &f64)| {
+        // In lanes that a processor handles at once, always in the same order.
+        let (chunks, rest) = samples.as_chunks::<LANES>();
+        let (mut least, mut most, mut sums) =
+            ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES], [-0.0; LANES]);
+        for chunk in chunks {
+            for n in 0..LANES {
+                least[n] = lesser(least[n], chunk[n]);
+                most[n] = larger(most[n], chunk[n]);
+                sums[n] += chunk[n];
+            }
+        }
+        let all = |lanes: [f64; LANES]| lanes.into_iter().chain(rest.iter().copied());
+        let least = all(least).fold(f64::INFINITY, lesser);
+        let most = all(most).fold(f64::NEG_INFINITY, larger);
+        let sum: f64 = all(sums).sum();
+        let apart = |before: f64, value: f64| {
             let step = (value - before).abs();
             if step > 0.0 { step } else { f64::INFINITY }
         };
-        self.steps.clear();
-        self.steps.push(apart((&self.last, &samples[0])));
-        self.steps.extend(samples.iter().zip(&samples[1..]).map(apart));
-        self.quantum = lesser(self.quantum, lanes(&self.steps, lesser));
+        let (behind, rest) = samples[1..].as_chunks::<LANES>();
+        let mut quanta = [f64::INFINITY; LANES];
+        for (before, value) in chunks.iter().zip(behind) {
+            for n in 0..LANES {
+                quanta[n] = lesser(quanta[n], apart(before[n], value[n]));
+            }
+        }
+        let rest = samples[samples.len() - 1 - rest.len()..].windows(2).map(|pair| apart(pair[0], pair[1]));
+        let first = lesser(self.quantum, apart(self.last, samples[0]));
+        self.quantum = quanta.into_iter().chain(rest).fold(first, lesser);
         let are_beyond = [least < self.least.value, most > self.most.value];
         for ((run, extreme), is_beyond) in
             [(&mut self.least, least), (&mut self.most, most)].into_iter().zip(are_beyond)
@@ -135,20 +150,8 @@ impl Extremes {
     }
 }
 
-/// Reduces numbers in lanes that a processor handles at once, always in the same order.
-fn lanes(numbers: &[f64], reduce: impl Fn(f64, f64) -> f64) -> f64 {
-    const LANES: usize = 8;
-    let mut chunks = numbers.chunks_exact(LANES);
-    let lanes = chunks.next().map(|first| {
-        let mut lanes: [f64; LANES] = first.try_into().expect("it has as many");
-        for chunk in &mut chunks {
-            lanes.iter_mut().zip(chunk).for_each(|(lane, number)| *lane = reduce(*lane, *number));
-        }
-        lanes
-    });
-    let rest = chunks.remainder().iter().copied();
-    lanes.into_iter().flatten().chain(rest).reduce(reduce).expect("there are numbers")
-}
+/// Numbers that are reduced at once.
+const LANES: usize = 8;
 
 impl Recording {
     /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what

@@ -15,7 +15,7 @@ use crate::error::{InputFault, Place, RecordingError};
 use crate::force::{BEHIND, Forces, Loads, Request, Rows, Side};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
-use crate::pick::{Finder, Search};
+use crate::pick::{self, Finder, Search};
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
 use crate::signals::Signals;
@@ -514,24 +514,22 @@ impl Recording {
             if first == 0 {
                 finders = (0..channels.len()).map(|n| Finder::new(search(part, n))).collect();
             }
-            for (n, (finder, row)) in finders.iter_mut().zip(block).enumerate() {
+            pick::extend(&mut finders, block, is_last, &mut |n, window, ramp| {
                 let (of_part, scale) = (&noise[part][n][0], channels[n].scale);
-                finder.extend(row, is_last, &mut |window, ramp| {
-                    if of_part.touches_clips(window, &ramp) {
-                        return;
-                    }
-                    let OfPart { width, scatter, .. } = of_part;
-                    counts[n] += 1;
-                    steps.push(SensorStep {
-                        sensor: n as u32 + 1,
-                        arrival_s: of.time_s(arrival::arrival(window, &ramp, *width, role)),
-                        stop_s: of.time_s(ramp.end),
-                        error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
-                        size: ramp.size * scale,
-                        size_error: scatter.sigma * scale.abs(),
-                    });
+                if of_part.touches_clips(window, &ramp) {
+                    return;
+                }
+                let OfPart { width, scatter, .. } = of_part;
+                counts[n] += 1;
+                steps.push(SensorStep {
+                    sensor: n as u32 + 1,
+                    arrival_s: of.time_s(arrival::arrival(window, &ramp, *width, role)),
+                    stop_s: of.time_s(ramp.end),
+                    error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
+                    size: ramp.size * scale,
+                    size_error: scatter.sigma * scale.abs(),
                 });
-            }
+            });
             if is_last {
                 others += finders.iter().map(|finder| finder.others).sum::<u64>();
                 let by_time = |a: &SensorStep, b: &SensorStep| {

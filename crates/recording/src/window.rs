@@ -3,6 +3,7 @@
 //! `S_i` is the mean of the `w` samples from `i` on less that of the `w` before. Its median `b` takes out drift, and
 //! `1.4826` times the median of `|S - b|`, its scatter, contains noise of low frequency.
 
+use std::array::from_fn;
 use std::ops::Range;
 
 /// From the median of absolute deviations to the standard deviation of a normal distribution.
@@ -29,15 +30,13 @@ pub(crate) struct Window {
     /// The sample that the first kept one is.
     base: u64,
     pub(crate) next: u64,
-    before: f64,
-    after: f64,
-    /// Step statistics, only while they are made.
-    values: Vec<f64>,
+    /// Over both windows of the last step that was made.
+    sums: [f64; 2],
 }
 
 impl Window {
     pub(crate) fn new(width: u64) -> Window {
-        Window { width, kept: Vec::new(), base: 0, next: width, before: 0.0, after: 0.0, values: Vec::new() }
+        Window { width, kept: Vec::new(), base: 0, next: width, sums: [0.0; 2] }
     }
 
     /// Adds samples, and drops those before `needed` that no later step needs.
@@ -72,49 +71,69 @@ impl Window {
         let at = |sample: u64| (sample.clamp(self.base, self.end()) - self.base) as usize;
         &self.kept[at(range.start)..at(range.end)]
     }
-
-    /// Passes on the next indices at which the step statistic is below the first or above the second of two numbers, up to
-    /// an index, as far as there are samples.
-    pub(crate) fn steps(&mut self, until: u64, [low, high]: [f64; 2], mut visit: impl FnMut(u64, f64)) {
-        let w = self.width;
-        let (until, width, share) = (until.min((self.end() + 1).saturating_sub(w)), w as f64, 1.0 / w as f64);
-        while self.next < until {
-            let first = self.next;
-            let restarts = first == w || first.is_multiple_of(SUMMED);
-            let from = first + u64::from(restarts);
-            let to = until.min((first / SUMMED + 1) * SUMMED).max(from);
-            self.values.clear();
-            let (mut before, mut after) = (self.before, self.after);
-            if restarts {
-                before = self.samples(first - w..first).iter().sum();
-                after = self.samples(first..first + w).iter().sum();
-                self.values.push(after / width - before / width);
-            }
-            let mut values = std::mem::take(&mut self.values);
-            let [leaving, crossing, coming] =
-                [from - 1 - w, from - 1, from + w - 1].map(|first| self.samples(first..first + to - from));
-            let sums = leaving.iter().zip(crossing).zip(coming).map(|((leaving, crossing), coming)| {
-                before += crossing - leaving;
-                after += coming - crossing;
-                [before, after]
-            });
-            match w.is_power_of_two() {
-                // Then a product is the quotient to the bit.
-                true => values.extend(sums.map(|[before, after]| (after - before) * share)),
-                false => values.extend(sums.map(|[before, after]| after / width - before / width)),
-            }
-            for (value, index) in
-                values.iter().zip(first..).filter(|(value, _)| **value < low || **value > high)
-            {
-                visit(index, *value);
-            }
-            (self.values, self.before, self.after, self.next) = (values, before, after, to);
-        }
-    }
 }
 
-/// With these, all indices.
-const ALL: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+/// Most steps that are made at once.
+const MOST_STEPS: u64 = 256;
+
+/// Replaces steps by the next ones of windows side by side, up to an index, as far as there are samples. Returns the index
+/// of the first; there are none at the end. Several windows go together, since each sum waits for the one before.
+pub(crate) fn advance<const N: usize>(
+    windows: [&mut Window; N],
+    until: u64,
+    steps: &mut Vec<[f64; N]>,
+) -> u64 {
+    let (w, first) = (windows[0].width, windows[0].next);
+    let until = until.min((windows[0].end() + 1).saturating_sub(w));
+    steps.clear();
+    if first >= until {
+        return first;
+    }
+    let restarts = first == w || first.is_multiple_of(SUMMED);
+    let from = first + u64::from(restarts);
+    let to = until.min((first / SUMMED + 1) * SUMMED).min(first + MOST_STEPS);
+    let (width, share) = (w as f64, 1.0 / w as f64);
+    let mut sums = windows.each_ref().map(|window| match restarts {
+        true => [first - w, first].map(|from| window.samples(from..from + w).iter().sum()),
+        false => window.sums,
+    });
+    let quotients = |[before, after]: [f64; 2]| after / width - before / width;
+    steps.extend(restarts.then(|| sums.map(quotients)));
+    let rows = windows.each_ref().map(|window| {
+        [from - 1 - w, from - 1, from + w - 1].map(|first| window.samples(first..first + to - from))
+    });
+    // Of a power of two a product is the quotient to the bit.
+    match w.is_power_of_two() {
+        true => slide(rows, &mut sums, steps, |[before, after]| (after - before) * share),
+        false => slide(rows, &mut sums, steps, quotients),
+    }
+    for (window, sums) in windows.into_iter().zip(sums) {
+        (window.sums, window.next) = (sums, to);
+    }
+    first
+}
+
+/// Adds the steps of sums that go on: what leaves the first, crosses from the second to it, and comes.
+fn slide<const N: usize>(
+    rows: [[&[f64]; 3]; N],
+    sums: &mut [[f64; 2]; N],
+    steps: &mut Vec<[f64; N]>,
+    statistic: impl Fn([f64; 2]) -> f64,
+) {
+    let (made, count) = (steps.len(), rows[0][0].len());
+    let rows = rows.map(|of| of.map(|row| &row[..count]));
+    let [mut before, mut after] = [0, 1].map(|n| sums.map(|sums| sums[n]));
+    steps.resize(made + count, [0.0; N]);
+    for (i, step) in steps[made..].iter_mut().enumerate() {
+        for n in 0..N {
+            let [leaving, crossing, coming] = [rows[n][0][i], rows[n][1][i], rows[n][2][i]];
+            before[n] += crossing - leaving;
+            after[n] += coming - crossing;
+            step[n] = statistic([before[n], after[n]]);
+        }
+    }
+    *sums = from_fn(|n| [before[n], after[n]]);
+}
 
 /// Chooses the values from which the scatter follows.
 #[derive(Debug)]
@@ -123,6 +142,7 @@ pub(crate) struct Values {
     starts: Vec<u64>,
     block: usize,
     values: Vec<f64>,
+    steps: Vec<[f64; 1]>,
 }
 
 /// Median and scatter of the step statistic, in units as stored.
@@ -148,7 +168,7 @@ impl Values {
         let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { 0 };
         let blocks = if spread > 0 { BLOCKS } else { 0 };
         let starts = (0..blocks).map(|block| width + block * spread / (BLOCKS - 1)).collect();
-        Values { starts, block: 0, values: Vec::new() }
+        Values { starts, block: 0, values: Vec::new(), steps: Vec::new() }
     }
 
     /// Adds the values that count of what a window gives.
@@ -162,11 +182,14 @@ impl Values {
                 return;
             }
             window.skip_to(start.unwrap_or_default());
-            window.steps(end, ALL, |index, value| {
-                if start.is_none_or(|start| index >= start) {
-                    self.values.push(value);
+            loop {
+                let first = advance([window], end, &mut self.steps);
+                if self.steps.is_empty() {
+                    break;
                 }
-            });
+                let unneeded = start.unwrap_or_default().saturating_sub(first) as usize;
+                self.values.extend(self.steps.iter().skip(unneeded).flatten());
+            }
             if window.next < end {
                 return;
             }
@@ -195,6 +218,15 @@ impl Values {
     }
 }
 
+/// The lesser and the larger of two numbers that are some, in a form for which processors have an instruction.
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
 /// The median; NaN of nothing.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
@@ -209,14 +241,21 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{ALL, Values, Window, median};
+    use super::{Values, Window, advance, median};
 
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
-        let mut window = Window::new(width);
-        let mut found = Vec::new();
+        let mut windows = [Window::new(width), Window::new(width)];
+        let (mut found, mut steps) = (Vec::new(), Vec::new());
         for block in samples.chunks(each) {
-            window.extend(block, u64::MAX);
-            window.steps(u64::MAX, ALL, |index, step| found.push((index, step)));
+            windows.iter_mut().for_each(|window| window.extend(block, u64::MAX));
+            loop {
+                let first = advance(windows.each_mut(), u64::MAX, &mut steps);
+                found.extend((first..).zip(&steps).map(|(index, [step, _])| (index, *step)));
+                assert!(steps.iter().all(|[one, other]| one == other));
+                if steps.is_empty() {
+                    break;
+                }
+            }
         }
         found
     }

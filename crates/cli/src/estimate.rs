@@ -106,10 +106,8 @@ pub(crate) fn estimate(EstimateArguments { log, out, force }: &EstimateArguments
         let parse = |_: &_| Description::parse(Path::new("recording.toml"), opened.scenario_toml());
         opened.header().sensors.as_ref().map(parse).transpose().map_err(|error| error.to_string())
     })?;
-    let Some(description) = description else {
-        let of_run = format!("{}: it is of a run (accepted: the log of a recording)", log.display());
-        return Err(Failure::BadInput(of_run));
-    };
+    let of_run = || format!("{}: it is of a run (accepted: the log of a recording)", log.display());
+    let description = description.ok_or_else(|| Failure::BadInput(of_run()))?;
     let count = counted(told.numbers.len() as u64, "number");
     let text = scenario(&description, told.numbers, told.normal_loads_n, told.last_s);
     Scenario::resolve(&ScenarioSource::new(out.display().to_string(), text.as_str()))

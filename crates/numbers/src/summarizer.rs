@@ -28,7 +28,7 @@ const FEWEST_INTERVALS: usize = 4;
 /// Receives a run in its order, and returns its [`Summary`].
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
-/// wide raw events, the steps of all raw events, and the sizes of load drops.
+/// wide raw events, the steps of all raw events, and load drops.
 #[derive(Default)]
 pub struct Summarizer {
     pub(crate) name: String,
@@ -51,9 +51,7 @@ pub struct Summarizer {
     pub(crate) largest_ft_fn: Option<f64>,
     /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning, or `F_T` was not recorded.
     pub(crate) lacks_ft: bool,
-    /// The load drops of a recording, and the times between them.
-    pub(crate) drops_n: Vec<f64>,
-    pub(crate) recurrences_s: Vec<f64>,
+    pub(crate) drops: Vec<LoadDrop>,
     creep: CreepFront,
     pub(crate) raw: RawEvents,
     pub(crate) unloaded: Unloaded,
@@ -310,8 +308,7 @@ impl Observer for Summarizer {
         } else if let Some(rupture) = event.get::<Rupture>() {
             self.rupture(rupture);
         } else if let Some(drop) = event.get::<LoadDrop>() {
-            self.drops_n.push(drop.drop_n);
-            self.recurrences_s.extend(drop.recurrence_s);
+            self.drops.push(drop.clone());
         }
     }
 }

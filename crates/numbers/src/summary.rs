@@ -337,20 +337,17 @@ summary! {
     pub struct OfRecording = |run: &Summarizer| {
         "Load drops" Robust {
             /// Number of load drops, sudden falls of the tangential force; null where that was not recorded.
-            load_drop_count: Option<u64> = (!run.lacks_ft).then_some(run.drops_n.len() as u64),
+            load_drop_count: Option<u64> = (!run.lacks_ft).then_some(run.drops.len() as u64),
             /// Median size of a load drop, N; null if there is none.
-            median_load_drop_n: Option<f64> = median(run.drops_n.iter().copied()),
+            median_load_drop_n: Option<f64> = median(run.drops.iter().map(|drop| drop.drop_n)),
             /// Median time from one load drop to the next, s; null if there are fewer than two.
-            median_load_drop_recurrence_s: Option<f64> = median(run.recurrences_s.iter().copied()),
+            median_load_drop_recurrence_s: Option<f64> = median(run.drops.iter().filter_map(|drop| drop.recurrence_s)),
         }
     }
 }
 
-/// What no recording has, though it is counted.
-const OF_MODELS: &str = "Contacts without load";
-
-/// What a recording without an array lacks.
-const OF_ARRAYS: [&str; 4] = ["Fronts", "Creep", "Raw slip events", "Counts"];
+/// What no recording has, though it is counted; behind the first what those without an array lack.
+const LACKED: [&str; 5] = ["Contacts without load", "Fronts", "Creep", "Raw slip events", "Counts"];
 
 /// The classes of its numbers in its JSON.
 const CONVERGENCE: &str = "convergence";
@@ -379,9 +376,8 @@ impl Summary {
         let mut all: Value = self.shown().into_iter().map(named).collect();
         if self.of_recording.is_none() {
             let classes = Summary::KEYS.iter().filter(|key| key.convergence != Convergence::Robust);
-            all[CONVERGENCE] = classes
-                .map(|key| (key.column.name.to_string(), Value::from(key.convergence.word())))
-                .collect();
+            all[CONVERGENCE] =
+                classes.map(|key| (key.column.name.to_string(), key.convergence.word())).collect();
         }
         all
     }
@@ -390,11 +386,9 @@ impl Summary {
     pub fn shown(&self) -> Vec<(&'static Key, Value)> {
         let all = Summary::KEYS.iter().zip(self.values());
         let Some(of_recording) = &self.of_recording else { return all.collect() };
-        let lacks = |key: &Key| {
-            key.group == OF_MODELS || self.rupture_count.is_none() && OF_ARRAYS.contains(&key.group)
-        };
-        let is_shown = |(key, value): &(&Key, Value)| {
-            key.group == Summary::KEYS[0].group || !value.is_null() && !lacks(key)
+        let lacked = if self.rupture_count.is_none() { &LACKED[..] } else { &LACKED[..1] };
+        let is_shown = |(Key { group, .. }, value): &(&Key, Value)| {
+            *group == Summary::KEYS[0].group || !value.is_null() && !lacked.contains(group)
         };
         all.filter(is_shown).chain(OfRecording::KEYS.iter().zip(of_recording.values())).collect()
     }

@@ -225,7 +225,7 @@ fn with(source: ScenarioSource, values: &[String]) -> ScenarioSource {
 
 /// The numbers of a run, and what they are printed as.
 pub(crate) fn summary_of<'py>(py: Python<'py>, summary: &Summary, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    let named = |(key, value): (&'static Key, Value)| (key.column.name.as_ref(), value);
+    let named = |(key, value): (&'static Key, Value)| (&*key.column.name, value);
     numbers_of(py, summary.shown().into_iter().map(named), text)
 }
 

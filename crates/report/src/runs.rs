@@ -192,6 +192,7 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Parameters], differing: &[&'static
 
 /// The pair of load curve and map, of whichever run is chosen.
 pub(crate) fn pair(runs: &[Run]) -> String {
+    // Or there is none.
     if are_forces(runs) {
         return String::new();
     }
@@ -310,6 +311,9 @@ pub(crate) fn details(
 /// A run in a line, as HTML.
 fn in_short(summary: &Summary) -> String {
     let counted = |count: Option<u64>, thing| count.map(|count| counted(count, thing));
+    if let Some(of) = summary.of_recording.as_ref().filter(|_| summary.rupture_count.is_none()) {
+        return counted(of.load_drop_count, "load drop").unwrap_or_default();
+    }
     // By its digits and not by decimals: short runs slip within microseconds.
     let onset = summary
         .first_global_rupture_onset_s
@@ -373,6 +377,7 @@ fn widest(run: &Run) -> String {
 
 /// The numbers of a summary by their groups.
 fn numbers(run: &Run) -> String {
+    let marks = if run.header.parts().recording { String::new() } else { what_marks_mean() };
     let known = run.summary.shown().into_iter().filter(|(_, value)| !value.is_null());
     let rows = known.map(|(key, value)| {
         let value = serde_json::from_value(value).expect("numbers of a summary are cells");
@@ -387,11 +392,7 @@ fn numbers(run: &Run) -> String {
     format!(
         "<details><summary>All numbers of this run</summary>\n{}{}</details>\n",
         table("", "", &["of", "number", "#value", "unit", "worth"], rows),
-        what_marks_mean()
-            .lines()
-            .filter(|_| !run.header.parts().recording)
-            .map(paragraph)
-            .collect::<String>()
+        marks.lines().map(paragraph).collect::<String>()
     )
 }
 

@@ -14,9 +14,9 @@ pub(crate) fn verdict(run: &Run) -> String {
         ("front speed", front_speed(run)),
         if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
     ];
-    let shown = if are_forces(std::slice::from_ref(run)) { &answers[3..] } else { &answers[..] };
-    let rows = shown.iter().map(|(question, [short, more])| {
-        let more = if more.is_empty() { String::new() } else { format!("<span>{more}</span>") };
+    let lacked = if are_forces(std::slice::from_ref(run)) { 3 } else { 0 };
+    let rows = answers.into_iter().skip(lacked).map(|(question, [short, more])| {
+        let more = if more.is_empty() { more } else { format!("<span>{more}</span>") };
         format!("<div><dt>{question}</dt><dd><b>{short}</b>{more}</dd></div>\n")
     });
     format!("<dl class=\"answers\">\n{}</dl>\n", rows.collect::<String>())

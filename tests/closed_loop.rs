@@ -262,7 +262,6 @@ fn check((scenario, slider, of): Loop<'_>, claim: Claim) {
     let scenario = [scenario, &["--set", "parameter_set=as-stated"]].concat();
     let score = score(&scenario, slider, of);
     let what = format!("{scenario:?}, {of:?}: {score:?}");
-    println!("{what}");
     assert!(score.arrivals >= 20 && score.ruptures >= 2, "{what}");
     assert!(score.recall >= claim.recall && score.precision >= claim.precision, "{what}");
     let [bias_s, within_s] = claim.bias_s;

@@ -280,7 +280,7 @@ const EMPTY_BY_REQUEST: [&str; 6] =
     ["with/front-speed", "with/spread", "with/study", "with/slipped", "with/arrival-map", "with/outlines"];
 
 /// Of recordings; those of runs say that there is nothing to draw.
-const OF_RECORDINGS: [&str; 2] = ["with/noise", "with/traces"];
+pub(crate) const OF_RECORDINGS: [&str; 2] = ["with/noise", "with/traces"];
 
 /// One test, so that figures are drawn once, even if tests run one after the other.
 #[test]

@@ -58,12 +58,14 @@ mod in_ci {
     fn its_commands_make_its_pictures() {
         let page = fs::read_to_string(file(PAGE)).expect("the page is there");
         let folder = asperity_testkit::folder();
-        let moved = |text: &str| text.replace("out/", &format!("{}/", folder.path().display()));
+        let [out, fixtures] = [folder.path(), &file("fixtures")].map(|at| format!(" {}/", at.display()));
+        let moved = |text: &str| text.replace(" out/", &out).replace(" fixtures/", &fixtures);
         for block in blocks(&page) {
             match block.language.as_str() {
                 "toml" => {
                     let (first, _) = block.text.split_once('\n').expect("it names its file");
-                    fs::write(moved(first.trim_start_matches("# ")), &block.text).expect("it can be written");
+                    let path = moved(first.trim_start_matches('#'));
+                    fs::write(path.trim_start(), &block.text).expect("it can be written");
                 }
                 _ => block.text.lines().for_each(|line| run(&moved(line))),
             }

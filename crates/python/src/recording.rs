@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use asperity_recording::input::{Given, InMemory};
-use asperity_recording::{Description, Recording, RecordingError, Source};
+use asperity_recording::{Description, Recording, RecordingError, Source, npy_head};
 use asperity_run::stream::StreamError;
 use asperity_run::{Recorded, ruptures};
 use asperity_runlog::Existing;
@@ -82,21 +82,22 @@ fn in_memory(array: &Bound<'_, PyAny>) -> PyResult<Bytes> {
     }
     let numbers: String = array.getattr("dtype")?.getattr("str")?.extract()?;
     let shape = array.getattr("shape")?.cast_into::<PyTuple>()?.repr()?;
-    let order = if is_fortran { "True" } else { "False" };
-    let text = format!("{{'descr': '{numbers}', 'fortran_order': {order}, 'shape': {shape}, }}");
-    let length = u16::try_from(text.len()).map_err(|_| refused("it has too many dimensions"))?;
-    let header = [b"\x93NUMPY\x01\x00", &length.to_le_bytes()[..], text.as_bytes()].concat();
+    let header = npy_head(&numbers, is_fortran, &shape.to_string());
     let by_rows = if is_fortran { array.getattr("T")? } else { array.clone() };
     let data = PyMemoryView::from(&by_rows)?.call_method1("cast", ("B",))?;
     let (bytes, data) = (data.len()?, Arc::new(data.unbind()));
     Ok(Bytes { header: header.into(), data, bytes, at: 0 })
 }
 
+/// In which progress is counted, since how many samples there are is known late.
+const THOUSANDTHS: u64 = 1000;
+
 /// Reads a recording into a log, as `asperity recording read` does, and opens it.
 ///
 /// `toml` is the path of its description or the text, as `asperity recording show` prints one; paths in a text count from
 /// the working folder. `arrays` are arrays of NumPy by the names that files have in the description: they are read in
-/// place of these, without a copy. `log` is the path of a new run log (MCAP).
+/// place of these, without a copy. `log` is the path of a new run log (MCAP). `progress` and `stop` are those of `run`,
+/// but that progress is in thousandths.
 ///
 /// Raises `Refused` for a recording that is not accepted, with what is wrong and where.
 #[pyfunction]
@@ -122,11 +123,12 @@ pub(crate) fn recording(
         let array = in_memory(&array).map_err(|error| refused(format!("arrays[{name:?}]: {error}")))?;
         given.insert(name, Arc::new(array));
     }
-    let callbacks = Callbacks::new(py, &description.name.clone(), progress, stop, 0)?;
+    let name = description.name.clone();
+    let callbacks = Callbacks::new(py, &name, progress, stop, THOUSANDTHS)?;
     let written = attend(py, &callbacks, |watch| {
         let recording = Recording::of_given(description, given)?;
-        let mut found = recording.detect(&mut |done, _| {
-            watch.done.store(done, Ordering::Relaxed);
+        let mut found = recording.detect(&mut |done, of| {
+            watch.done.store(done * THOUSANDTHS / of.max(1), Ordering::Relaxed);
             watch.is_stopped()
         })?;
         let inputs = recording.inputs()?;

@@ -9,6 +9,7 @@ use asperity_record::{Estimate, FirstReach, LoadDrop, Row};
 
 use crate::description::{Channel, Role};
 use crate::error::RecordingError;
+use crate::line::Line;
 use crate::recording::{Detected, Progress, Ranges, Recording};
 use crate::window::{MAD_TO_SIGMA, median};
 
@@ -44,13 +45,8 @@ pub(crate) fn median_of(mut values: Vec<f64>) -> Option<Value> {
 
 /// The slope of the least-squares line of a column on another; none where either is not measured.
 fn slope(means: &[Means], x: usize, y: usize) -> Option<Value> {
-    let count = means.len() as f64;
-    let [mean_x, mean_y] = [x, y].map(|n| means.iter().map(|of| of[n]).sum::<f64>() / count);
-    let off = || means.iter().map(|of| (of[x] - mean_x, of[y] - mean_y));
-    let spread: f64 = off().map(|(x, _)| x * x).sum();
-    let slope = off().map(|(x, y)| x * y).sum::<f64>() / spread;
-    let residual: f64 = off().map(|(x, y)| (y - slope * x).powi(2)).sum();
-    (count > 2.0 && slope.is_finite()).then(|| [slope, (residual / (count - 2.0) / spread).sqrt()])
+    let line = Line::of(means.iter().map(|of| (of[x], of[y])))?;
+    line.slope.is_finite().then(|| [line.slope, line.slope_error()])
 }
 
 /// The mean of `F_T / F_N` from a time on; of no or a resting drive there is none.
@@ -159,9 +155,8 @@ impl Recording {
         let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
         let (mut means, mut count): (Vec<Means>, u64) = (Vec::new(), 0);
         self.pass(stream, &channels, progress, &mut |part, first, block, _| {
-            // Of all rows together.
-            for (n, _) in block[0].iter().enumerate() {
-                let si = |place: usize| channels[place].si(block[place][n]);
+            for sample in first..first + block[0].len() as u64 {
+                let si = |place: usize| channels[place].si(block[place][(sample - first) as usize]);
                 let [force, normal, point] = places.map(|place| place.map(si));
                 let [force, point] = [force, point].map(|of| of.unwrap_or(f64::NAN));
                 let ratio = force / normal.or(normal_n.map(|load| load.0)).unwrap_or(f64::NAN);
@@ -169,9 +164,9 @@ impl Recording {
                 if count.is_multiple_of(each) {
                     means.push([0.0; 5]);
                 }
-                let sample = [parts[part].time_s((first + n as u64) as f64), force, ratio, point, stretch];
+                let measured = [parts[part].time_s(sample as f64), force, ratio, point, stretch];
                 let mean = means.last_mut().expect("one is begun");
-                mean.iter_mut().zip(sample).for_each(|(mean, of)| *mean += of / each as f64);
+                mean.iter_mut().zip(measured).for_each(|(mean, of)| *mean += of / each as f64);
                 count += 1;
             }
             Ok(())

@@ -81,6 +81,7 @@ pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, Place, RecordingError};
 pub use estimates::length_law;
 pub use gap::Gap;
+pub use npy::head as npy_head;
 pub use recording::{Detected, Recording};
 pub use sample::{NOISE, Sampler};
 pub use samples::{Block, Samples};

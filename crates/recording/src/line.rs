@@ -1,12 +1,11 @@
 //! Straight lines through samples, by least squares.
 
-/// A line through samples at whole places.
+/// A line through points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line {
     count: f64,
     mean_x: f64,
     mean: f64,
-    /// Rise per sample.
     pub(crate) slope: f64,
     squares_x: f64,
     variance: f64,
@@ -18,17 +17,27 @@ const FEWEST: usize = 4;
 impl Line {
     /// The line through samples, the first at this place; none through fewer than [`FEWEST`].
     pub(crate) fn through(first: u64, samples: &[f64]) -> Option<Line> {
-        if samples.len() < FEWEST {
+        Line::of(samples.iter().enumerate().map(|(n, y)| ((first + n as u64) as f64, *y)))
+    }
+
+    /// The line through points, likewise.
+    pub(crate) fn of(points: impl ExactSizeIterator<Item = (f64, f64)> + Clone) -> Option<Line> {
+        if points.len() < FEWEST {
             return None;
         }
-        let count = samples.len() as f64;
-        let (middle, mean) = ((count - 1.0) / 2.0, samples.iter().sum::<f64>() / count);
-        let squares_x = count * (count * count - 1.0) / 12.0;
-        let off = || samples.iter().enumerate().map(|(n, y)| (n as f64 - middle, y - mean));
-        let slope = off().map(|(x, y)| x * y).sum::<f64>() / squares_x;
-        let residual = off().map(|(x, y)| (y - slope * x).powi(2)).sum::<f64>();
-        let (mean_x, variance) = (first as f64 + middle, residual / (count - 2.0));
-        Some(Line { count, mean_x, mean, slope, squares_x, variance })
+        let count = points.len() as f64;
+        let [mean_x, mean] =
+            points.clone().fold([0.0; 2], |sums, (x, y)| [sums[0] + x, sums[1] + y]).map(|sum| sum / count);
+        let off = points.map(|(x, y)| (x - mean_x, y - mean));
+        let squares_x = off.clone().map(|(x, _)| x * x).sum::<f64>();
+        let slope = off.clone().map(|(x, y)| x * y).sum::<f64>() / squares_x;
+        let residual = off.map(|(x, y)| (y - slope * x).powi(2)).sum::<f64>();
+        Some(Line { count, mean_x, mean, slope, squares_x, variance: residual / (count - 2.0) })
+    }
+
+    /// The standard error of its slope.
+    pub(crate) fn slope_error(&self) -> f64 {
+        (self.variance / self.squares_x).sqrt()
     }
 
     /// Its value at a place and the standard error of that.

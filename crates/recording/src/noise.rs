@@ -241,7 +241,7 @@ impl Recording {
                     (grid.time_s(step), stream as u32 + 1, at as u64 + 1, surveyed.parts[at].missing);
                 let (median, sigma) = (scatter.median * all[n].scale, scatter.sigma * all[n].scale.abs());
                 let clipped = clips.iter().flatten().map(|run| run.clipped).sum();
-                found.noise.push(if n < sensors {
+                found.rows.push(if n < sensors {
                     let sensor = n as u32 + 1;
                     Row::new(Noise {
                         step,

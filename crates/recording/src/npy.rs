@@ -14,6 +14,20 @@ use crate::description::Axis;
 /// The longest header that is read.
 const LONGEST_HEADER_BYTES: u64 = 1 << 16;
 
+/// What stands before the numbers in a file of format 1.0, given their name, whether columns lie together, and the shape,
+/// all as NumPy writes them: a multiple of 64 bytes.
+///
+/// # Panics
+/// At a shape of thousands of dimensions.
+pub fn head(numbers: &str, is_fortran: bool, shape: &str) -> Vec<u8> {
+    let order = if is_fortran { "True" } else { "False" };
+    let text = format!("{{'descr': '{numbers}', 'fortran_order': {order}, 'shape': {shape}, }}");
+    // With the ten bytes before and the end of the line.
+    let length = (text.len() + 11).next_multiple_of(64) - 10;
+    let bytes = u16::try_from(length).expect("it is short").to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &bytes[..], format!("{text:<width$}\n", width = length - 1).as_bytes()].concat()
+}
+
 /// The array of a file.
 pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Opened {
     let mut head = [0; 12];

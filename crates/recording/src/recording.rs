@@ -74,7 +74,7 @@ pub struct Detected {
     /// The noise of each part and channel, and what is told of a model: rows of [`Noise`](asperity_record::Noise),
     /// [`LoadNoise`](asperity_record::LoadNoise), [`Estimate`](asperity_record::Estimate) and
     /// [`FirstReach`](asperity_record::FirstReach).
-    pub noise: Vec<Row>,
+    pub rows: Vec<Row>,
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
     /// Load drops, in order.
@@ -438,7 +438,7 @@ impl Recording {
             Timeline::of(steps, role == Some(Role::Slip), self.time_grid(), self.last_step(), sample_s)
         };
         let mut found = Detected {
-            noise: Vec::new(),
+            rows: Vec::new(),
             warnings: Vec::new(),
             drops: Vec::new(),
             timeline: timeline(Vec::new()),
@@ -476,14 +476,14 @@ impl Recording {
                 of_drops = Some((stream, of_stream));
             }
         }
-        found.noise.sort_by_key(|noise| noise.step);
+        found.rows.sort_by_key(|noise| noise.step);
         found.timeline = timeline(steps);
         if let Some((stream, mut forces)) = of_drops {
             found.drops = std::mem::take(&mut forces.drops);
             found.loads = self.loads(stream, &forces, &found.timeline)?;
         }
         let told = self.estimates(&found, &mut progress)?;
-        found.noise.extend(told);
+        found.rows.extend(told);
         Ok(found)
     }
 

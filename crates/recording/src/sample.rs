@@ -2,7 +2,8 @@
 //!
 //! A sensor stands on the contact nearest to it. Slip is its displacement, local shear the tangential force on it without
 //! friction; real contact is 1, and 0.88 while it slides, of a contact with junctions in proportion to those that slip,
-//! and comes back in some 10 ms. Of contacts in several rows those of the first are seen. Noise is white and Gaussian. Streams in segments are triggered by ruptures.
+//! and comes back in some 10 ms. Of contacts in several rows those of the first are seen. Noise is white and Gaussian.
+//! Streams in segments are triggered by ruptures.
 
 use std::path::Path;
 
@@ -14,6 +15,7 @@ use toml::{Table, Value};
 use crate::description::{Channel, Description, Role};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::input::{Folder, Given};
+use crate::npy;
 use crate::recording::WINDOW;
 use crate::survey::survey;
 
@@ -247,15 +249,9 @@ fn heading(channel: &Channel) -> String {
     format!("role = {role}\nunit = \"{}\"\n", channel.unit_or_si().0)
 }
 
-/// An array of NumPy, format 1.0, of doubles, samples first.
+/// An array of NumPy of doubles, samples first.
 fn array(samples: &[f64], channels: usize) -> Vec<u8> {
-    let rows = samples.len() / channels;
-    let shape = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {channels}), }}");
-    // Of a multiple of 64 bytes with the ten before.
-    let length = (shape.len() + 11).next_multiple_of(64) - 10;
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((length as u16).to_le_bytes());
-    bytes.extend(format!("{shape:<width$}\n", width = length - 1).bytes());
+    let mut bytes = npy::head("<f8", false, &format!("({}, {channels})", samples.len() / channels));
     bytes.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
     bytes
 }

@@ -89,7 +89,7 @@ impl Recording {
         let (timeline, loads, normal_load_n) = (&found.timeline, &found.loads, self.normal_load_n());
         let mut sources: Vec<Records<'a>> = vec![
             Box::new(timeline.records(loads, normal_load_n).map(|record| Ok(Record::Step(record)))),
-            Box::new(found.noise.iter().map(|row| Ok(Record::Row(row.clone())))),
+            Box::new(found.rows.iter().map(|row| Ok(Record::Row(row.clone())))),
         ];
         for signals in &mut found.signals {
             sources.push(Box::new(

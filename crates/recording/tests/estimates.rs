@@ -54,7 +54,7 @@ fn the_fit_of_first_reach_is_that_of_the_reference() {
 #[test]
 fn estimates_and_first_reach_are_those_of_the_reference() {
     let (_, found) = detect();
-    let told: Vec<&Estimate> = found.noise.iter().filter_map(|row| row.values.get()).collect();
+    let told: Vec<&Estimate> = found.rows.iter().filter_map(|row| row.values.get()).collect();
     let due = rows("slip/expected-estimates.csv");
     assert_eq!(told.len(), due.len(), "{told:?}");
     for row in &due {
@@ -64,7 +64,7 @@ fn estimates_and_first_reach_are_those_of_the_reference() {
         near(row, "value", told.value, 0.02 * error);
         near(row, "error", told.error, 0.02 * error);
     }
-    let points: Vec<&FirstReach> = found.noise.iter().filter_map(|row| row.values.get()).collect();
+    let points: Vec<&FirstReach> = found.rows.iter().filter_map(|row| row.values.get()).collect();
     let due = rows("slip/expected-first-reach.csv");
     assert_eq!(points.len(), due.len(), "{points:?}");
     for (point, row) in points.into_iter().zip(&due) {
@@ -79,7 +79,7 @@ fn estimates_and_first_reach_are_those_of_the_reference() {
 #[test]
 fn a_scenario_has_what_is_identifiable() {
     let (recording, found) = detect();
-    let told = found.noise.iter().filter_map(|row| row.values.get::<Estimate>());
+    let told = found.rows.iter().filter_map(|row| row.values.get::<Estimate>());
     let mut numbers: BTreeMap<String, [f64; 2]> =
         told.map(|told| (told.number.clone(), [told.value, told.error])).collect();
     let loads_n: Vec<f64> = found.steps().map(|step| step.normal_load_n).collect();

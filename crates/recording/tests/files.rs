@@ -91,7 +91,7 @@ fn an_array_is_read_in_any_layout() {
 /// What is found by two slip sensors at 1 MHz.
 fn slips(folder: &Path, keys: &str, channels: &str) -> (Vec<StepRecord>, Vec<Row>) {
     let found = detect(folder, &slip_sensors(keys, channels));
-    let (records, noise) = (found.steps().collect::<Vec<_>>(), found.noise);
+    let (records, noise) = (found.steps().collect::<Vec<_>>(), found.rows);
     assert_eq!(records.iter().map(|record| record.switches.len()).sum::<usize>(), 4, "{keys}");
     (records, noise)
 }
@@ -218,8 +218,8 @@ fn missing_samples_are_a_gap() {
     assert!(error.contains("forces.csv:2001: t: empty cell"), "{error}");
     let by_rate = FORCE.replace("time = { column = 't', unit = 's' }", "rate_hz = 1000");
     for stream in [FORCE, &by_rate] {
-        let Detected { drops, noise, .. } = detect(folder.path(), &format!("{stream}missing = 'gap'"));
-        let missing = noise.iter().filter_map(|row| Some(row.values.get::<LoadNoise>()?.missing));
+        let Detected { drops, rows, .. } = detect(folder.path(), &format!("{stream}missing = 'gap'"));
+        let missing = rows.iter().filter_map(|row| Some(row.values.get::<LoadNoise>()?.missing));
         assert_eq!(missing.collect::<Vec<_>>(), [1, 51], "{stream}");
         assert_eq!(drops.iter().map(|drop| drop.part).collect::<Vec<_>>(), [1, 2], "{stream}");
         for (drop, due_s) in drops.iter().zip([0.45, 1.5]) {
@@ -239,7 +239,7 @@ fn missing_samples_are_a_gap() {
     let bytes = (0..1000).flat_map(|n| [array(n, 1), array(n, 2)]).flat_map(f32::to_le_bytes).collect();
     fs::write(folder.path().join("slip.npy"), npy("<f4", false, [1000, 2], bytes)).unwrap();
     let stream = slip_sensors("file = 'slip.npy'\nmissing = 'gap'", "'1..2'");
-    let noise = detect(folder.path(), &stream).noise;
+    let noise = detect(folder.path(), &stream).rows;
     let of_sensors = noise.iter().filter_map(|row| row.values.get::<Noise>());
     let missing: Vec<_> = of_sensors.map(|noise| (noise.part, noise.sensor, noise.missing)).collect();
     assert_eq!(missing, [(1, 1, 0), (1, 2, 0), (2, 1, 20), (2, 2, 20)]);

@@ -45,7 +45,7 @@ fn number(row: &Row, column: &str) -> f64 {
 fn noise_is_that_of_the_reference() {
     for name in ["slip", "shear"] {
         let (_, found) = detect(name);
-        let mut sensors: Vec<&Noise> = found.noise.iter().filter_map(|row| row.values.get()).collect();
+        let mut sensors: Vec<&Noise> = found.rows.iter().filter_map(|row| row.values.get()).collect();
         sensors.sort_by_key(|noise| (noise.part, noise.sensor));
         let rows = expected(name, "noise");
         assert_eq!(rows.len(), sensors.len());

@@ -19,15 +19,19 @@ Examples:
 Without --against, measures the speed of this checkout as ratios to plain
 loops in C, in seconds of the processor. It needs a C compiler, cc. All parts
 together take about twenty minutes. Parts:
-  runs      the default run, and chains of 1,000 and 3,000 blocks
-  chains    longer and shorter chains
-  switches  the cost of a block switch, against the number of blocks
-  resolution  the study of resolution with up to 3,200 blocks
-  pays      runs in which the fast solver may save no time over the plain one
-  studies   asperity sweep run, beside bare solvers in as many processes
-  logs      reading run logs
-  diff      comparing event tables of up to a million events
-  chapter5  asperity reproduce pipelines/chapter5.toml
+  runs            the default run, and chains of 1,000 and 3,000 blocks
+  chains          longer and shorter chains
+  switches        the cost of a block switch, against the number of blocks
+  resolution      the study of resolution with up to 3,200 blocks
+  pays            runs in which the fast solver may save no time over the plain one
+  slab            slabs, beside a loop over their nodes
+  area            sheets and bodies
+  junctions       steps of contacts made of junctions
+  rate-and-state  the adaptive solver, at several tolerances
+  studies         asperity sweep run, beside bare solvers in as many processes
+  logs            writing and reading run logs
+  diff            comparing event tables of up to a million events
+  chapter5        asperity reproduce pipelines/chapter5.toml
 
 With --against, the asperity commands of REV and of this checkout run in turn:
 old then new, new then old, and so on. Prints the median and the quartiles of

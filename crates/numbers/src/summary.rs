@@ -193,7 +193,7 @@ summary! {
         }
         "Magnitudes" OneDraw {
             /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
-            largest_magnitude: Option<f64> [unit = "1"] as Robust =
+            largest_magnitude: Option<f64> [unit = "1"] =
                 run.magnitudes.all.iter().copied().max_by(f64::total_cmp),
             /// The completeness, the magnitude above which the law of Gutenberg and Richter fits best and is tested; null, as are
             /// the four below, of fewer than 51 magnitudes.

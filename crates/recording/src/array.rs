@@ -1,36 +1,40 @@
 //! Samples from arrays of numbers, in a file, in memory or in a container of arrays.
 
 use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use multiversion::multiversion;
 use serde::Deserialize;
 
 use crate::description::{Axis, Stream};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Column, LANES, Samples};
 
 /// Most bytes of arrays of a file that cannot be read piece by piece.
 pub(crate) const MOST_IN_MEMORY: u64 = 1 << 30;
 
 /// Bytes that are read at once where channels are interleaved: they stay in the cache until all channels are decoded.
-const PIECE_BYTES: u64 = 1 << 18;
+const PIECE_BYTES: u64 = 1 << 16;
 
-/// Samples that are decoded channel by channel.
-const FEW: usize = 256;
+/// Samples that stay in the fastest cache until all channels are decoded, where each lies by itself.
+const FEW: u64 = 64;
 
 const MOST_CHANNELS: u64 = 1 << 16;
 
 /// What is wrong with a file, in our words or those of a library.
 pub(crate) type Problem = Box<dyn std::error::Error>;
 
-/// Appends numbers to a row: of the bytes, in pieces of so many each, the one that starts so far into each piece.
-type Decode = fn(&[u8], usize, usize, &mut Vec<f64>);
+/// Decodes bytes in pieces of so many numbers: of each the numbers in a range, to the beginning of each row of so many.
+type Decode = fn(&[u8], usize, Range<usize>, &mut [f64], usize);
 
 /// Numbers as they are stored.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Numbers {
     pub(crate) bytes: u64,
+    /// Whether each is finite.
+    pub(crate) are_integers: bool,
     pub(crate) decode: Decode,
 }
 
@@ -46,16 +50,25 @@ impl Numbers {
                 }
             };
             ($Number:ident, $from:ident) => {{
-                let decode: Decode = |stored, piece, at, row| {
-                    const BYTES: usize = size_of::<$Number>();
-                    let (numbers, first) = (stored.as_chunks::<BYTES>().0, at / BYTES);
-                    let number = |stored: [u8; BYTES]| <$Number>::$from(stored) as f64;
-                    match piece / BYTES {
-                        1 => row.extend(numbers.iter().map(|stored| number(*stored))),
-                        apart => row.extend(numbers.chunks_exact(apart).map(|piece| number(piece[first]))),
+                #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+                fn decode(bytes: &[u8], piece: usize, wanted: Range<usize>, to: &mut [f64], apart: usize) {
+                    let numbers = bytes.as_chunks().0;
+                    let number = |stored: &[u8; size_of::<$Number>()]| <$Number>::$from(*stored) as f64;
+                    let write = |from: &[[u8; size_of::<$Number>()]], to: &mut [f64]| {
+                        to.iter_mut().zip(from).for_each(|(to, from)| *to = number(from));
+                    };
+                    if wanted.len() == 1 {
+                        let of = numbers.iter().skip(wanted.start).step_by(piece);
+                        return to.iter_mut().step_by(apart).zip(of).for_each(|(to, from)| *to = number(from));
                     }
-                };
-                Some(Numbers { bytes: size_of::<$Number>() as u64, decode })
+                    for (piece, row) in numbers.chunks_exact(piece).zip(to.chunks_mut(apart)) {
+                        let (many, rest) = piece[wanted.clone()].as_chunks::<LANES>();
+                        let (to_many, to_rest) = row[..wanted.len()].as_chunks_mut::<LANES>();
+                        to_many.iter_mut().zip(many).for_each(|(to, from)| write(from, to));
+                        write(rest, to_rest);
+                    }
+                }
+                Some(Numbers { bytes: size_of::<$Number>() as u64, are_integers: !name.contains('f'), decode })
             }};
         }
         numbers!("i1": i8, "i2": i16, "i4": i32, "i8": i64, "u1": u8, "u2": u16, "u4": u32, "u8": u64, "f4": f32, "f8": f64,)
@@ -75,8 +88,12 @@ pub(crate) trait Grid {
     /// How many samples and channels it has.
     fn sides(&self) -> [u64; 2];
 
-    /// Appends samples of channels, numbered from 0, to rows.
-    fn read(&mut self, from: u64, count: u64, channels: &[u64], rows: &mut [Vec<f64>]) -> io::Result<()>;
+    /// Whether it holds finite numbers only.
+    fn is_finite(&self) -> bool;
+
+    /// Reads samples of channels, numbered from 0, to the beginning of each row of so many numbers.
+    fn read(&mut self, samples: Range<u64>, channels: &[u64], to: &mut [f64], apart: usize)
+    -> io::Result<()>;
 }
 
 /// An array, or what is wrong with it.
@@ -140,11 +157,12 @@ impl Stored {
         Ok(Box::new(Stored { source, numbers, at, sides, bytes: Vec::new() }))
     }
 
-    /// Reads so many numbers from one on.
-    fn fetch(&mut self, from: u64, count: u64) -> io::Result<()> {
-        self.bytes.resize((count * self.numbers.bytes) as usize, 0);
+    /// Reads so many numbers from one on, behind so many that were read.
+    fn fetch(&mut self, read: u64, from: u64, count: u64) -> io::Result<()> {
+        let [read, count] = [read, count].map(|numbers| (numbers * self.numbers.bytes) as usize);
+        self.bytes.resize(read + count, 0);
         self.source.seek(SeekFrom::Start(self.at + from * self.numbers.bytes))?;
-        self.source.read_exact(&mut self.bytes)
+        self.source.read_exact(&mut self.bytes[read..])
     }
 }
 
@@ -153,23 +171,40 @@ impl Grid for Stored {
         self.sides.map(|(count, _)| count)
     }
 
-    fn read(&mut self, from: u64, count: u64, channels: &[u64], rows: &mut [Vec<f64>]) -> io::Result<()> {
-        let (Numbers { bytes, decode }, [(_, apart), (_, between)]) = (self.numbers, self.sides);
-        if apart == 1 {
-            for (channel, row) in channels.iter().zip(rows) {
-                self.fetch(channel * between + from, count)?;
-                decode(&self.bytes, bytes as usize, 0, row);
+    fn is_finite(&self) -> bool {
+        self.numbers.are_integers
+    }
+
+    fn read(
+        &mut self,
+        samples: Range<u64>,
+        channels: &[u64],
+        to: &mut [f64],
+        apart: usize,
+    ) -> io::Result<()> {
+        let (Numbers { bytes, decode, .. }, [(_, piece), (_, between)]) = (self.numbers, self.sides);
+        let count = samples.end - samples.start;
+        if piece == 1 {
+            for (n, channel) in (0..).zip(channels) {
+                self.fetch(n * count, channel * between + samples.start, count)?;
+            }
+            for first in (0..count).step_by(FEW as usize) {
+                for (n, row) in self.bytes.chunks_exact((count * bytes) as usize).enumerate() {
+                    let few = first * bytes..count.min(first + FEW) * bytes;
+                    let few = &row[few.start as usize..few.end as usize];
+                    decode(few, 1, 0..1, &mut to[first as usize * apart + n..], apart);
+                }
             }
             return Ok(());
         }
-        let piece = (PIECE_BYTES / (apart * bytes)).max(1);
-        for first in (from..from + count).step_by(piece as usize) {
-            self.fetch(first * apart, piece.min(from + count - first) * apart)?;
-            // What stays in the fastest cache until all channels are decoded.
-            for few in self.bytes.chunks((apart * bytes) as usize * FEW) {
-                for (channel, row) in channels.iter().zip(&mut *rows) {
-                    decode(few, (apart * bytes) as usize, (channel * bytes) as usize, row);
-                }
+        let at_once = (PIECE_BYTES / (piece * bytes)).max(1);
+        for first in samples.clone().step_by(at_once as usize) {
+            self.fetch(0, first * piece, at_once.min(samples.end - first) * piece)?;
+            let mut at = (first - samples.start) as usize * apart;
+            for neighbours in channels.chunk_by(|a, b| a + 1 == *b) {
+                let wanted = neighbours[0] as usize..neighbours[0] as usize + neighbours.len();
+                decode(&self.bytes, piece as usize, wanted, &mut to[at..], apart);
+                at += neighbours.len();
             }
         }
         Ok(())
@@ -183,7 +218,8 @@ pub(crate) struct Arrays {
     grids: Vec<(Box<dyn Grid>, Vec<u64>)>,
     samples: u64,
     next: u64,
-    are_complete: bool,
+    /// Whether numbers may not be finite, and must.
+    are_judged: bool,
 }
 
 impl Arrays {
@@ -225,38 +261,40 @@ impl Arrays {
             return Err(InputFault::new(shown, Place::File, problem, "arrays of equal length").into());
         }
         let (path, columns) = (shown.to_owned(), columns.to_vec());
-        let are_complete = stream.missing.is_none();
-        Ok(Arrays { path, columns, grids, samples: lengths[0], next: 0, are_complete })
+        let are_judged = stream.missing.is_none() && !grids.iter().all(|(grid, _)| grid.is_finite());
+        Ok(Arrays { path, columns, grids, samples: lengths[0], next: 0, are_judged })
     }
 }
 
 impl Samples for Arrays {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
         let count = (most as u64).min(self.samples - self.next);
-        block.iter_mut().for_each(Vec::clear);
-        let mut rows = &mut block[..];
-        for (grid, channels) in &mut self.grids {
-            let (of_grid, others) = rows.split_at_mut(channels.len());
-            grid.read(self.next, count, channels, of_grid).map_err(|error| {
-                let problem = match error.kind() {
-                    io::ErrorKind::UnexpectedEof => "it ends here".to_owned(),
-                    _ => error.to_string(),
-                };
-                let accepted = "a sound file that does not change while it is read";
-                InputFault::new(&self.path, Place::Sample(self.next), problem, accepted)
-            })?;
-            rows = others;
+        let (apart, before) = (block.stride(), block.len());
+        block.resize(before + count as usize);
+        let read = &mut block.numbers()[before * apart..];
+        let mut place = 0;
+        for (grid, channels) in self.grids.iter_mut().filter(|_| count > 0) {
+            grid.read(self.next..self.next + count, channels, &mut read[place..], apart).map_err(
+                |error| {
+                    let problem = match error.kind() {
+                        io::ErrorKind::UnexpectedEof => "it ends here".to_owned(),
+                        _ => error.to_string(),
+                    };
+                    let accepted = "a sound file that does not change while it is read";
+                    InputFault::new(&self.path, Place::Sample(self.next), problem, accepted)
+                },
+            )?;
+            place += channels.len();
         }
-        for (row, column) in block.iter().zip(&self.columns).filter(|_| self.are_complete) {
-            // Several at a time first, since most have none.
-            let has_any = |few: &[f64]| few.iter().fold(false, |any, value| any | !value.is_finite());
-            if row.chunks(64).any(has_any)
-                && let Some(at) = row.iter().position(|value| !value.is_finite())
-            {
-                let place = Place::Sample(self.next + at as u64);
-                let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
-                return Err(fault.of(column).with(Some(row[at].to_string())).into());
-            }
+        // Several at a time first, since most are finite.
+        let has_any = |few: &[f64]| few.iter().fold(false, |any, value| any | !value.is_finite());
+        if self.are_judged
+            && read.chunks(64).any(has_any)
+            && let Some(at) = read.iter().position(|value| !value.is_finite())
+        {
+            let (place, value) = (Place::Sample(self.next + (at / apart) as u64), read[at]);
+            let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
+            return Err(fault.of(&self.columns[at % apart]).with(Some(value.to_string())).into());
         }
         self.next += count;
         Ok(count as usize)
@@ -287,18 +325,23 @@ mod tests {
 
     #[test]
     fn numbers_of_any_kind_are_decoded() {
-        let mut row = Vec::new();
-        for (name, stored) in [
+        let mut row = [0.0; 10];
+        for (n, (name, stored)) in [
             ("<i2", &[0xfe, 0xff, 1, 0][..]),
             (">u2", &[0xff, 0xfe, 0, 1]),
             ("|i1", &[0x80, 1]),
             ("<f4", &[0, 0, 0xc0, 0x3f, 0, 0, 0x80, 0x3f]),
             ("=u8", &[0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]),
-        ] {
-            let Numbers { bytes, decode } = Numbers::of(name).unwrap();
-            // The first of two, as of interleaved channels, then the second.
-            decode(stored, 2 * bytes as usize, 0, &mut row);
-            decode(stored, 2 * bytes as usize, bytes as usize, &mut row);
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            // The first of two, as of interleaved channels, and both.
+            let Numbers { decode, are_integers, .. } = Numbers::of(name).unwrap();
+            decode(stored, 2, 0..2, &mut row[2 * n..], 2);
+            let mut second = [0.0];
+            decode(stored, 2, 1..2, &mut second, 1);
+            assert!(second[0] == row[2 * n + 1] && are_integers == !name.contains('f'), "{name}");
         }
         assert_eq!(row, [-2.0, 1.0, 65534.0, 1.0, -128.0, 1.0, 1.5, 1.0, 4_294_967_296.0, 1.0]);
         assert!(["<f2", "i2", "<c8", "<i3", "é", ""].iter().all(|name| Numbers::of(name).is_none()));

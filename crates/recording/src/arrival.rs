@@ -3,7 +3,7 @@
 
 use crate::description::Role;
 use crate::ramp::Ramp;
-use crate::window::Window;
+use crate::samples::Rows;
 
 /// Part of a step that has happened at its arrival.
 const SHARE: f64 = 0.2;
@@ -19,10 +19,10 @@ const SCATTER: f64 = 0.6;
 const SCATTER_OF_SLIP: f64 = 1.2;
 
 /// The place of the arrival of a step, in samples.
-pub(crate) fn arrival(window: &Window, ramp: &Ramp, width: u64, role: Role) -> f64 {
+pub(crate) fn arrival(rows: &Rows<'_>, channel: usize, ramp: &Ramp, width: u64, role: Role) -> f64 {
     match role {
-        Role::Slip | Role::Acoustic => by_information(window, ramp, width),
-        _ => by_crossing(window, ramp, width),
+        Role::Slip | Role::Acoustic => by_information(rows, channel, ramp, width),
+        _ => by_crossing(rows, channel, ramp, width),
     }
 }
 
@@ -33,12 +33,12 @@ pub(crate) fn error(ramp: &Ramp, noise: f64, role: Role) -> f64 {
     (1.0 / 12.0 + (scatter * noise * lasts / ramp.size).powi(2)).sqrt()
 }
 
-fn by_crossing(window: &Window, ramp: &Ramp, width: u64) -> f64 {
+fn by_crossing(rows: &Rows<'_>, channel: usize, ramp: &Ramp, width: u64) -> f64 {
     let level = ramp.before + SHARE * ramp.size;
     let from = (((ramp.begin + ramp.end + 1.0) / 2.0).floor() + BEHIND_MIDDLE) as u64;
     let first = (from + 1).saturating_sub(3 * width);
-    let samples = window.samples(first..from + 1);
-    let first = window.end().min(from + 1) - samples.len() as u64;
+    let samples = rows.of(channel, first..from + 1).collect::<Vec<f64>>();
+    let first = rows.end().min(from + 1) - samples.len() as u64;
     let beyond = |y: f64| ramp.size.signum() * (y - level);
     let crosses = |pair: &[f64]| beyond(pair[0]) < 0.0 && beyond(pair[1]) >= 0.0;
     samples.windows(2).rposition(crosses).map_or(ramp.begin, |n| {
@@ -47,14 +47,14 @@ fn by_crossing(window: &Window, ramp: &Ramp, width: u64) -> f64 {
     })
 }
 
-fn by_information(window: &Window, ramp: &Ramp, width: u64) -> f64 {
+fn by_information(rows: &Rows<'_>, channel: usize, ramp: &Ramp, width: u64) -> f64 {
     let middle = ramp.begin.floor() as u64;
-    let samples = window.samples(middle.saturating_sub(2 * width)..middle + width);
+    let samples = rows.of(channel, middle.saturating_sub(2 * width)..middle + width).collect::<Vec<f64>>();
     let count = samples.len();
     if count <= 12 {
         return ramp.begin;
     }
-    let first = (middle + width).min(window.end()) - count as u64;
+    let first = (middle + width).min(rows.end()) - count as u64;
     let mean = samples.iter().sum::<f64>() / count as f64;
     let mut last = [0.0; 2];
     let sums: Vec<[f64; 2]> = samples

@@ -164,7 +164,7 @@ impl Csv {
 
 impl Samples for Csv {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
-        block.iter_mut().for_each(Vec::clear);
+        let mut row = vec![0.0; self.columns.len()];
         for count in 0..most {
             if !self.advance()? {
                 return Ok(count);
@@ -174,9 +174,10 @@ impl Samples for Csv {
                 let problem = format!("{found} cells where the heading has {expected}");
                 return Err(self.fault(problem, "a cell for every column").into());
             }
-            for (n, row) in block.iter_mut().enumerate() {
-                row.push(self.number(self.columns[n])?);
+            for (n, number) in row.iter_mut().enumerate() {
+                *number = self.number(self.columns[n])?;
             }
+            block.push(&row);
         }
         Ok(most)
     }

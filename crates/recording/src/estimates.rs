@@ -154,9 +154,10 @@ impl Recording {
         let (normal_n, parts) = (self.description.slider.normal_force_n, &self.streams[stream].parts);
         let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
         let (mut means, mut count): (Vec<Means>, u64) = (Vec::new(), 0);
-        self.pass(stream, &channels, progress, &mut |part, first, block, _| {
-            for sample in first..first + block[0].len() as u64 {
-                let si = |place: usize| channels[place].si(block[place][(sample - first) as usize]);
+        self.pass(stream, &channels, 0, progress, &mut |part, first, rows, _| {
+            for sample in first..rows.end() {
+                let stored = rows.block.sample((sample - rows.first) as usize);
+                let si = |place: usize| channels[place].si(stored[place]);
                 let [force, normal, point] = places.map(|place| place.map(si));
                 let [force, point] = [force, point].map(|of| of.unwrap_or(f64::NAN));
                 let ratio = force / normal.or(normal_n.map(|load| load.0)).unwrap_or(f64::NAN);
@@ -198,9 +199,8 @@ impl Recording {
             let end = parts[part].sample_at(time_s) as u64 + 1;
             let from = end.saturating_sub(SHEAR_SAMPLES);
             let rows = ranges.rows(part, &(from..end))?;
-            let row = &rows.rows[gauge][(from - rows.first) as usize..(end - rows.first) as usize];
-            let largest_n =
-                row.iter().map(|stored| gauges[gauge].si(*stored)).fold(f64::NEG_INFINITY, f64::max);
+            let shear_n = rows.of(gauge, from..end).map(|stored| gauges[gauge].si(stored));
+            let largest_n = shear_n.fold(f64::NEG_INFINITY, f64::max);
             ratios.extend(gauges[gauge].normal_n.map(|load| largest_n / load.0));
         }
         Ok(ratios)

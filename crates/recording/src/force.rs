@@ -1,6 +1,5 @@
 //! Load drops, and the loads at any time, by straight lines through samples between the ramps of the tangential force.
 
-use std::array::from_mut;
 use std::ops::Range;
 
 use asperity_record::LoadDrop;
@@ -8,9 +7,9 @@ use asperity_record::LoadDrop;
 use crate::description::Channel;
 use crate::line::Line;
 use crate::noise::OfPart;
-use crate::pick::{self, Finder, Search};
+use crate::pick::{Finders, Search};
 use crate::ramp::Ramp;
-use crate::samples::Block;
+use crate::samples::Rows;
 use crate::survey::Part;
 
 /// Windows of samples on either side of a drop through which lines are drawn.
@@ -29,12 +28,12 @@ pub(crate) struct Forces<'a> {
     pub(crate) parts: &'a [Part],
     pub(crate) ramps: Vec<Vec<Ramp>>,
     pub(crate) searches: Vec<Search>,
-    /// The rows of a block, and in which of them `F_T` stands, and `F_N` and the load point if they are recorded.
+    /// The channels that are read, and which of them is `F_T`, and `F_N` and the load point if they are recorded.
     pub(crate) channels: Vec<&'a Channel>,
-    pub(crate) rows: [Option<usize>; 3],
+    pub(crate) places: [Option<usize>; 3],
     pub(crate) normal_force_n: Option<f64>,
     pub(crate) noise: Vec<OfPart>,
-    pub(crate) finder: Finder,
+    pub(crate) finder: Finders,
     pub(crate) drops: Vec<LoadDrop>,
     /// How many ramps of the part were judged.
     pub(crate) judged: usize,
@@ -45,12 +44,6 @@ pub(crate) struct Forces<'a> {
 pub(crate) struct Request {
     pub(crate) part: usize,
     pub(crate) samples: Range<u64>,
-}
-
-/// Rows of samples, the first of them at this place of their part.
-pub(crate) struct Rows<'a> {
-    pub(crate) first: u64,
-    pub(crate) rows: &'a Block,
 }
 
 /// Loads at a time.
@@ -78,9 +71,9 @@ const DRIVE: usize = 2;
 
 impl Forces<'_> {
     fn quantity(&self, which: usize, rows: &Rows<'_>, samples: &Range<u64>) -> Option<Vec<f64>> {
-        let (from, to) = ((samples.start - rows.first) as usize, (samples.end - rows.first) as usize);
-        let row = self.rows[which]?;
-        Some(rows.rows[row].get(from..to)?.iter().map(|stored| self.channels[row].si(*stored)).collect())
+        let channel = self.places[which]?;
+        let stored = rows.of(channel, samples.clone());
+        Some(stored.map(|stored| self.channels[channel].si(stored)).collect())
     }
 
     /// The lines before and behind a ramp, and the samples whose normal force counts.
@@ -103,17 +96,15 @@ impl Forces<'_> {
     /// are known.
     pub(crate) fn extend(&mut self, part: usize, first: u64, rows: &Rows<'_>, is_last: bool) {
         if first == 0 {
-            (self.judged, self.finder) = (0, Finder::new(self.searches[part]));
+            (self.judged, self.finder) = (0, Finders::new(&self.searches[part..=part]));
         }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
-        let row = &rows.rows[FORCE];
-        let (finder, fresh) = (from_mut(&mut self.finder), &row[(first - rows.first) as usize..]);
-        pick::extend(finder, &[fresh], is_last, &mut |_, window, ramp| {
-            if !noise.touches_clips(window, &ramp) {
+        self.finder.extend(rows, FORCE, is_last, &mut |_, ramp| {
+            if !noise.touches_clips(rows, FORCE, &ramp) {
                 ramps.push(ramp);
             }
         });
-        let (end, width) = (rows.first + row.len() as u64, self.searches[part].width);
+        let (end, width) = (rows.end(), self.searches[part].width);
         while let Some(ramp) = self.ramps[part].get(self.judged)
             && (is_last || ramp.end.ceil() as u64 + AHEAD * width + 2 * MARGIN < end)
         {

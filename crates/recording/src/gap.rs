@@ -27,23 +27,24 @@ pub(crate) struct Gapless {
 }
 
 impl Gapless {
-    /// Of so many rows it passes on as many as are asked for, the first ones.
+    /// Of so many channels it passes on as many as are asked for, the first ones.
     pub(crate) fn new(samples: Box<dyn Samples>, path: PathBuf, all: usize) -> Gapless {
-        Gapless { samples, path, block: vec![Vec::new(); all], gaps: Vec::new(), kept: 0 }
+        Gapless { samples, path, block: Block::new(all), gaps: Vec::new(), kept: 0 }
     }
 }
 
 impl Samples for Gapless {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
-        block.iter_mut().for_each(Vec::clear);
-        while block[0].len() < most {
-            let count = self.samples.next(most - block[0].len(), &mut self.block)?;
+        let before = block.len();
+        while block.len() < before + most {
+            self.block.resize(0);
+            let count = self.samples.next(before + most - block.len(), &mut self.block)?;
             if count == 0 {
                 break;
             }
             for n in 0..count {
-                if self.block.iter().all(|row| row[n].is_finite()) {
-                    block.iter_mut().zip(&self.block).for_each(|(to, from)| to.push(from[n]));
+                if self.block.sample(n).iter().all(|number| number.is_finite()) {
+                    block.push(self.block.sample(n));
                     self.kept += 1;
                     continue;
                 }
@@ -57,7 +58,7 @@ impl Samples for Gapless {
                 return Err(InputFault::new(&self.path, Place::File, "too many gaps", accepted).into());
             }
         }
-        Ok(block[0].len())
+        Ok(block.len() - before)
     }
 
     fn place(&self, sample: u64) -> Place {

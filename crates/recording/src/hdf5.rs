@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io;
+use std::ops::Range;
 use std::sync::Arc;
 
 use hdf5_reader::error::{ByteOrder, Error};
@@ -50,9 +51,8 @@ impl H5Type for Number {
     }
 
     fn decode_vec(raw: &[u8], kind: &Datatype, count: usize) -> Option<Result<Vec<Number>, Error>> {
-        let Numbers { bytes, decode } = numbers(kind)?;
-        let mut row = Vec::with_capacity(count);
-        decode(raw, bytes as usize, 0, &mut row);
+        let mut row = vec![0.0; count];
+        (numbers(kind)?.decode)(raw, count, 0..count, &mut row, count);
         Some(Ok(row.into_iter().map(Number).collect()))
     }
 }
@@ -102,24 +102,37 @@ impl Grid for Array {
         self.sides.map(|(count, _)| count)
     }
 
-    fn read(&mut self, from: u64, count: u64, channels: &[u64], rows: &mut [Vec<f64>]) -> io::Result<()> {
+    fn is_finite(&self) -> bool {
+        numbers(self.dataset.dtype()).is_some_and(|numbers| numbers.are_integers)
+    }
+
+    fn read(
+        &mut self,
+        samples: Range<u64>,
+        channels: &[u64],
+        to: &mut [f64],
+        apart: usize,
+    ) -> io::Result<()> {
         let first = channels.iter().copied().min().unwrap_or_default();
         let across = channels.iter().map(|channel| channel + 1 - first).max().unwrap_or(1);
         let range = |start, count| SliceInfoElem::Slice { start, end: start + count, step: 1 };
-        let (piece, end) = ((PIECE / across).max(1), from + count);
-        for from in (from..end).step_by(piece as usize) {
-            let count = piece.min(end - from);
-            let (samples, of_channels) = (range(from, count), range(first, across));
-            let (selections, apart, between) = match self.axis {
-                _ if self.is_flat => (vec![samples], 1, 0),
-                Axis::ChannelsFirst => (vec![of_channels, samples], 1, count),
-                Axis::SamplesFirst => (vec![samples, of_channels], across, 1),
+        let piece = (PIECE / across).max(1);
+        for from in samples.clone().step_by(piece as usize) {
+            let count = piece.min(samples.end - from);
+            let (of_samples, of_channels) = (range(from, count), range(first, across));
+            let (selections, next, between) = match self.axis {
+                _ if self.is_flat => (vec![of_samples], 1, 0),
+                Axis::ChannelsFirst => (vec![of_channels, of_samples], 1, count),
+                Axis::SamplesFirst => (vec![of_samples, of_channels], across, 1),
             };
             let read = self.dataset.read_slice::<Number>(&SliceInfo { selections });
             let read = read.map_err(io::Error::other)?;
-            for (channel, row) in channels.iter().zip(&mut *rows) {
-                let behind = read.iter().skip(((channel - first) * between) as usize);
-                row.extend(behind.step_by(apart as usize).take(count as usize).map(|number| number.0));
+            let to = &mut to[(from - samples.start) as usize * apart..];
+            for (n, channel) in channels.iter().enumerate() {
+                let of_channel =
+                    read.iter().skip(((channel - first) * between) as usize).step_by(next as usize);
+                let cells = to[n..].iter_mut().step_by(apart).take(count as usize);
+                cells.zip(of_channel).for_each(|(to, number)| *to = number.0);
             }
         }
         Ok(())

@@ -14,7 +14,7 @@ use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::gap::Gapless;
-use crate::samples::{Column, Samples};
+use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy};
 
 /// Most segments of a stream.
@@ -144,10 +144,10 @@ impl Folder {
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
         let (file, shown) = self.file(&starts.file)?;
         let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
-        let mut block = vec![Vec::new()];
+        let mut block = Block::new(1);
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);
-        Ok(block[0].iter().map(|start| start * unit_s).collect())
+        Ok(block.row(0, 0).map(|start| start * unit_s).collect())
     }
 
     /// The path of a file as messages show it.
@@ -162,8 +162,8 @@ impl Folder {
             None => Box::new(self.file(named)?.0),
         };
         let mut hasher = blake3::Hasher::new();
-        let bytes = std::io::copy(&mut file, &mut hasher).map_err(RecordingError::io(&self.shown(named)))?;
-        Ok(Input { bytes, blake3: hasher.finalize().to_hex().to_string() })
+        hasher.update_reader(&mut file).map_err(RecordingError::io(&self.shown(named)))?;
+        Ok(Input { bytes: hasher.count(), blake3: hasher.finalize().to_hex().to_string() })
     }
 }
 

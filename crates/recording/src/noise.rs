@@ -1,11 +1,15 @@
 //! The first pass: the noise of channels, and what is wrong with them.
 
+use std::collections::BTreeSet;
+
 use asperity_record::{LoadNoise, Noise, Row, SignalRecord};
+use multiversion::multiversion;
 
 use crate::description::Channel;
 use crate::error::{InputFault, Place, RecordingError};
 use crate::ramp::Ramp;
 use crate::recording::{Detected, Progress, Recording, SHORTEST_PART};
+use crate::samples::{LANES, Rows};
 use crate::signals::Signals;
 use crate::survey::Part;
 use crate::window::{Scatter, Values, Window, larger, lesser};
@@ -28,24 +32,23 @@ pub(crate) struct OfPart {
 pub(crate) type Heard = Vec<Vec<Vec<OfPart>>>;
 
 impl OfPart {
-    fn of(values: Values, extremes: &Extremes, width: u64) -> OfPart {
-        let scatter = values.scatter();
+    fn of(values: &Values, extremes: &Extremes, lane: usize, width: u64) -> OfPart {
+        let (scatter, runs) = (values.scatter(lane), extremes.runs[lane]);
         let noise = scatter.noise(width);
-        let is_coarse = noise > 0.0 && extremes.quantum > noise;
+        let is_coarse = noise > 0.0 && extremes.quantum[lane] > noise;
         // Where steps between numbers may leave equal samples, none is tested.
-        let is_tested = !is_coarse && extremes.least.value < extremes.most.value;
-        let clips = [extremes.least, extremes.most];
-        let clips = clips.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
+        let is_tested = !is_coarse && runs[0].value < runs[1].value;
+        let clips = runs.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
         OfPart { width, scatter, clips, is_coarse }
     }
 
     /// Whether clipped samples touch a ramp.
-    pub(crate) fn touches_clips(&self, window: &Window, ramp: &Ramp) -> bool {
+    pub(crate) fn touches_clips(&self, rows: &Rows<'_>, channel: usize, ramp: &Ramp) -> bool {
         let (begin, end) =
             ((ramp.begin.floor() as u64).saturating_sub(CLIPPED - 1), ramp.end.ceil() as u64 + CLIPPED);
         let is_clipped =
             |run: &[f64]| self.clips.iter().flatten().any(|at| run.iter().all(|value| *value == at.value));
-        window.samples(begin..end).windows(CLIPPED as usize).any(is_clipped)
+        rows.of(channel, begin..end).collect::<Vec<f64>>().windows(CLIPPED as usize).any(is_clipped)
     }
 }
 
@@ -82,76 +85,75 @@ impl Run {
     }
 }
 
-/// Extremes of a channel, and the least difference between samples that follow each other.
+/// Extremes of some channels, and the least difference between samples that follow each other.
 #[derive(Debug)]
 struct Extremes {
-    least: Run,
-    most: Run,
-    quantum: f64,
-    last: f64,
+    /// Of each channel the least and the largest.
+    runs: Vec<[Run; 2]>,
+    quantum: [f64; LANES],
+    last: [f64; LANES],
     samples: u64,
 }
 
-impl Default for Extremes {
-    fn default() -> Extremes {
-        let [least, most] = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
-        Extremes { least, most, quantum: f64::INFINITY, last: f64::NAN, samples: 0 }
-    }
-}
-
 impl Extremes {
-    /// Adds samples. Returns the least, mean and largest of them.
-    fn extend(&mut self, samples: &[f64]) -> [f64; 3] {
-        // In lanes that a processor handles at once, always in the same order.
-        let (chunks, rest) = samples.as_chunks::<LANES>();
-        let (mut least, mut most, mut sums) =
-            ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES], [-0.0; LANES]);
-        for chunk in chunks {
-            for n in 0..LANES {
-                least[n] = lesser(least[n], chunk[n]);
-                most[n] = larger(most[n], chunk[n]);
-                sums[n] += chunk[n];
+    fn new(channels: usize) -> Extremes {
+        let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels];
+        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [f64::NAN; LANES], samples: 0 }
+    }
+
+    /// Adds samples. Returns the least, the sum and the largest of them.
+    fn extend<'a>(
+        &mut self,
+        samples: impl ExactSizeIterator<Item = &'a [f64; LANES]> + Clone,
+    ) -> [[f64; LANES]; 3] {
+        let count = samples.len() as u64;
+        let [least, sum, most] = reduce(samples.clone(), &mut self.last, &mut self.quantum);
+        for (n, runs) in self.runs.iter_mut().enumerate() {
+            let are_beyond = [least[n] < runs[0].value, most[n] > runs[1].value];
+            for ((run, extreme), is_beyond) in runs.iter_mut().zip([least[n], most[n]]).zip(are_beyond) {
+                if is_beyond {
+                    *run = Run::of(extreme);
+                }
+                if extreme == run.value {
+                    samples.clone().zip(self.samples..).for_each(|(lanes, sample)| run.add(lanes[n], sample));
+                } else {
+                    run.length = 0;
+                }
             }
         }
-        let all = |lanes: [f64; LANES]| lanes.into_iter().chain(rest.iter().copied());
-        let least = all(least).fold(f64::INFINITY, lesser);
-        let most = all(most).fold(f64::NEG_INFINITY, larger);
-        let sum: f64 = all(sums).sum();
-        let apart = |before: f64, value: f64| {
-            let step = (value - before).abs();
-            if step > 0.0 { step } else { f64::INFINITY }
-        };
-        let (behind, rest) = samples[1..].as_chunks::<LANES>();
-        let mut quanta = [f64::INFINITY; LANES];
-        for (before, value) in chunks.iter().zip(behind) {
-            for n in 0..LANES {
-                quanta[n] = lesser(quanta[n], apart(before[n], value[n]));
-            }
-        }
-        let rest = samples[samples.len() - 1 - rest.len()..].windows(2).map(|pair| apart(pair[0], pair[1]));
-        let first = lesser(self.quantum, apart(self.last, samples[0]));
-        self.quantum = quanta.into_iter().chain(rest).fold(first, lesser);
-        let are_beyond = [least < self.least.value, most > self.most.value];
-        for ((run, extreme), is_beyond) in
-            [(&mut self.least, least), (&mut self.most, most)].into_iter().zip(are_beyond)
-        {
-            if is_beyond {
-                *run = Run::of(extreme);
-            }
-            if extreme == run.value {
-                samples.iter().zip(self.samples..).for_each(|(value, sample)| run.add(*value, sample));
-            } else {
-                run.length = 0;
-            }
-        }
-        self.last = samples[samples.len() - 1];
-        self.samples += samples.len() as u64;
-        [least, sum / samples.len() as f64, most]
+        self.samples += count;
+        [least, sum, most]
     }
 }
 
-/// Numbers that are reduced at once.
-const LANES: usize = 8;
+/// Least, sum and largest of samples; lessens the quanta by the differences between them that are not 0.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn reduce<'a>(
+    samples: impl Iterator<Item = &'a [f64; LANES]>,
+    last: &mut [f64; LANES],
+    quantum: &mut [f64; LANES],
+) -> [[f64; LANES]; 3] {
+    let (mut before, mut quanta) = (*last, *quantum);
+    let (mut least, mut sum, mut most) = ([f64::INFINITY; LANES], [0.0; LANES], [f64::NEG_INFINITY; LANES]);
+    for values in samples {
+        for n in 0..LANES {
+            least[n] = lesser(least[n], values[n]);
+            most[n] = larger(most[n], values[n]);
+            sum[n] += values[n];
+            let step = (values[n] - before[n]).abs();
+            quanta[n] = lesser(quanta[n], if step > 0.0 { step } else { f64::INFINITY });
+        }
+        before = *values;
+    }
+    (*last, *quantum) = (before, quanta);
+    [least, sum, most]
+}
+
+/// Channels that lie side by side, with windows of each width that one of them has.
+struct Listener {
+    extremes: Extremes,
+    windows: Vec<(Window, Values)>,
+}
 
 impl Recording {
     /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what
@@ -173,32 +175,47 @@ impl Recording {
         }
         let (mut signals, mut listeners) = (Signals::new(), Vec::new());
         let mut parts = vec![Vec::new(); surveyed.parts.len()];
-        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
+        self.pass(stream, &channels, 2 * longest, progress, &mut |part, first, rows, is_last| {
             let of = &surveyed.parts[part];
             if first == 0 {
                 let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
-                let fresh = |widths: &Vec<u64>| (Extremes::default(), widths.iter().map(windows).collect());
-                listeners = widths.iter().map(fresh).collect::<Vec<(Extremes, Vec<(Window, Values)>)>>();
+                let fresh = |widths: &[Vec<u64>]| {
+                    let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
+                    Listener {
+                        extremes: Extremes::new(widths.len()),
+                        windows: all.iter().map(windows).collect(),
+                    }
+                };
+                listeners = widths.chunks(LANES).map(fresh).collect::<Vec<Listener>>();
             }
-            let mut read = self.signals(stream, part, first, block[0].len());
-            for (((extremes, windows), row), channel) in listeners.iter_mut().zip(block).zip(&channels) {
-                for (samples, record) in row.chunks(SignalRecord::MOST_SAMPLES as usize).zip(&mut read) {
-                    let [a, mean, b] = extremes.extend(samples).map(|stored| channel.si(stored));
-                    record.least.push(a.min(b));
-                    record.mean.push(mean);
-                    record.largest.push(a.max(b));
+            let mut read = self.signals(stream, part, first, (rows.end() - first) as usize);
+            for (group, Listener { extremes, windows }) in listeners.iter_mut().enumerate() {
+                let each = SignalRecord::MOST_SAMPLES as usize;
+                for (record, from) in read.iter_mut().zip((first - rows.first..).step_by(each)) {
+                    let samples = rows.block.lanes(group, from as usize).take(each);
+                    let [least, sum, most] = extremes.extend(samples);
+                    for (n, channel) in channels.iter().skip(group * LANES).take(LANES).enumerate() {
+                        let mean = sum[n] / f64::from(record.samples);
+                        let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
+                        record.least.push(a.min(b));
+                        record.mean.push(mean);
+                        record.largest.push(a.max(b));
+                    }
                 }
                 for (window, values) in windows {
-                    window.extend(row, u64::MAX);
-                    values.take(window);
+                    values.take(window, rows, group);
                 }
             }
             if is_last {
-                let all = listeners.drain(..).map(|(extremes, windows)| {
-                    let of = |(window, values): (Window, Values)| OfPart::of(values, &extremes, window.width);
-                    windows.into_iter().map(of).collect()
-                });
-                parts[part] = all.collect();
+                let of_channel = |(n, widths): (usize, &Vec<u64>)| {
+                    let Listener { extremes, windows } = &listeners[n / LANES];
+                    let of = |(window, values): &(Window, Values)| {
+                        let is_its = widths.contains(&window.width);
+                        is_its.then(|| OfPart::of(values, extremes, n % LANES, window.width))
+                    };
+                    windows.iter().filter_map(of).collect()
+                };
+                parts[part] = widths.iter().enumerate().map(of_channel).collect();
             }
             read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
         })?;

@@ -1,16 +1,17 @@
 //! Candidates for steps in the samples of a channel, and the ramps of those that are.
 
-use std::array::from_mut;
 use std::collections::VecDeque;
 
 use crate::ramp::Ramp;
-use crate::window::{Scatter, Window, advance, larger, lesser};
+use crate::samples::{LANES, Rows};
+use crate::window::{Scatter, Window, extremes};
 
 /// A candidate ends before so many windows behind its first index.
 const LONGEST: u64 = 8;
 
-/// Finders whose samples are gone through together.
-const TOGETHER: usize = 4;
+/// Windows of samples that are needed before new ones: a candidate of ten is not yet over, a ramp begins two before it, and
+/// its arrival is looked for in three before that.
+pub(crate) const BEHIND: u64 = 16;
 
 /// Indices at which the step statistic is beyond the threshold.
 #[derive(Debug, Clone, Copy)]
@@ -36,24 +37,18 @@ pub(crate) struct Search {
     pub(crate) is_force: bool,
 }
 
-/// Finds the ramps of a channel of a part while its samples come.
+/// What is found of a channel while its samples come.
 #[derive(Debug)]
-pub(crate) struct Finder {
+struct Finder {
     search: Search,
-    pub(crate) window: Window,
     open: Option<Candidate>,
     closed: VecDeque<Candidate>,
     /// Candidates of the other sign, and the last index of them.
-    pub(crate) others: u64,
+    others: u64,
     last_other: u64,
 }
 
 impl Finder {
-    pub(crate) fn new(search: Search) -> Finder {
-        let window = Window::new(search.width);
-        Finder { search, window, open: None, closed: VecDeque::new(), others: 0, last_other: 0 }
-    }
-
     /// The next step statistic, the one at this index.
     fn step(&mut self, i: u64, step: f64) {
         let Search { width, scatter, least, sign, .. } = self.search;
@@ -72,84 +67,77 @@ impl Finder {
         }
     }
 
-    fn ramp(&self, best: u64) -> Option<Ramp> {
+    fn ramp(&self, rows: &Rows<'_>, channel: usize, best: u64) -> Option<Ramp> {
         let Search { width, scatter, least, sign, is_force } = self.search;
         let first = best.saturating_sub(2 * width);
-        let samples = self.window.samples(first..best + 2 * width);
-        if !is_force {
-            let ramp = Ramp::fit(samples, first, best, width, sign)?;
-            return Some(ramp).filter(|ramp| ramp.size.abs() >= least);
-        }
-        let trend = scatter.median / width as f64;
-        let level: Vec<f64> = samples.iter().enumerate().map(|(n, y)| y - trend * n as f64).collect();
-        Ramp::fit(&level, first, best, width, sign)
+        let trend = if is_force { scatter.median / width as f64 } else { 0.0 };
+        let samples = rows.of(channel, first..best + 2 * width).enumerate();
+        let samples: Vec<f64> = samples.map(|(n, y)| y - trend * n as f64).collect();
+        let ramp = Ramp::fit(&samples, first, best, width, sign)?;
+        Some(ramp).filter(|ramp| is_force || ramp.size.abs() >= least)
     }
 }
 
-/// Adds samples to finders, a row each, and passes on the ramps of candidates that are over, with the finder's number and
-/// the samples about them.
-pub(crate) fn extend(
-    finders: &mut [Finder],
-    rows: &[impl AsRef<[f64]>],
-    is_last: bool,
-    found: &mut dyn FnMut(usize, &Window, Ramp),
-) {
-    let (together, alone) = finders.as_chunks_mut::<TOGETHER>();
-    let mut rows = rows.iter();
-    let mut first = 0;
-    for finders in together {
-        extend_by(finders, &mut rows, is_last, &mut |n, window, ramp| found(first + n, window, ramp));
-        first += TOGETHER;
-    }
-    for finder in alone {
-        extend_by(from_mut(finder), &mut rows, is_last, &mut |_, window, ramp| found(first, window, ramp));
-        first += 1;
-    }
+/// Finds the ramps of channels of a part, by windows of one width, while their samples come.
+#[derive(Debug)]
+pub(crate) struct Finders {
+    window: Window,
+    of: Vec<Finder>,
+    steps: Vec<[f64; LANES]>,
 }
 
-fn extend_by<'a, const N: usize>(
-    finders: &mut [Finder; N],
-    rows: &mut impl Iterator<Item = &'a (impl AsRef<[f64]> + 'a)>,
-    is_last: bool,
-    found: &mut dyn FnMut(usize, &Window, Ramp),
-) {
-    for (finder, row) in finders.iter_mut().zip(rows) {
-        let candidates = finder.closed.front().or(finder.open.as_ref());
-        finder.window.extend(row.as_ref(), candidates.map_or(u64::MAX, |candidate| candidate.first));
+impl Finders {
+    /// Of channels that lie side by side.
+    pub(crate) fn new(searches: &[Search]) -> Finders {
+        let finder = |search: &Search| {
+            let (open, closed) = (None, VecDeque::new());
+            Finder { search: *search, open, closed, others: 0, last_other: 0 }
+        };
+        let of = searches.iter().map(finder).collect();
+        Finders { window: Window::new(searches[0].width), of, steps: Vec::new() }
     }
-    // A little less than the threshold, as rounding differs.
-    let limits = finders.each_ref().map(|Finder { search: Search { scatter, least, .. }, .. }| {
-        let off = least - 1e-12 * (least + scatter.median.abs());
-        [scatter.median - off, scatter.median + off]
-    });
-    let mut steps = Vec::new();
-    loop {
-        let first = advance(finders.each_mut().map(|finder| &mut finder.window), u64::MAX, &mut steps);
-        if steps.is_empty() {
-            break;
-        }
-        // Of all together first, since most have none.
-        let (mut least, mut most) = ([f64::INFINITY; N], [f64::NEG_INFINITY; N]);
-        for step in &steps {
-            for n in 0..N {
-                least[n] = lesser(least[n], step[n]);
-                most[n] = larger(most[n], step[n]);
+
+    /// Candidates of the other sign.
+    pub(crate) fn others(&self) -> u64 {
+        self.of.iter().map(|finder| finder.others).sum()
+    }
+
+    /// Goes on through the samples of a group of channels, and passes on the ramps of candidates that are over, with their
+    /// channel.
+    pub(crate) fn extend(
+        &mut self,
+        rows: &Rows<'_>,
+        group: usize,
+        is_last: bool,
+        found: &mut dyn FnMut(usize, Ramp),
+    ) {
+        let Finders { window, of, steps } = self;
+        loop {
+            let first = window.advance(rows, group, u64::MAX, steps);
+            if steps.is_empty() {
+                break;
+            }
+            // Of all together first, since most have none.
+            let [least, most] = extremes(steps);
+            for (n, finder) in of.iter_mut().enumerate() {
+                // A little less than the threshold, as rounding differs.
+                let Search { scatter, least: size, .. } = finder.search;
+                let off = size - 1e-12 * (size + scatter.median.abs());
+                let is_beyond = |step: f64| step < scatter.median - off || step > scatter.median + off;
+                if is_beyond(least[n]) || is_beyond(most[n]) {
+                    let beyond = (first..).zip(&*steps).filter(|(_, step)| is_beyond(step[n]));
+                    beyond.for_each(|(i, step)| finder.step(i, step[n]));
+                }
             }
         }
-        for (n, (finder, [low, high])) in finders.iter_mut().zip(limits).enumerate() {
-            if least[n] < low || most[n] > high {
-                let beyond = (first..).zip(&steps).filter(|(_, step)| step[n] < low || step[n] > high);
-                beyond.for_each(|(i, step)| finder.step(i, step[n]));
-            }
-        }
-    }
-    for (n, finder) in finders.iter_mut().enumerate() {
-        let (width, next, end) = (finder.search.width, finder.window.next, finder.window.end());
-        finder.closed.extend(finder.open.take_if(|open| is_last || next > open.last + width + 1));
-        let is_over = |closed: &mut Candidate| is_last || closed.best + 2 * width <= end;
-        while let Some(candidate) = finder.closed.pop_front_if(is_over) {
-            if let Some(ramp) = finder.ramp(candidate.best) {
-                found(n, &finder.window, ramp);
+        for (n, finder) in of.iter_mut().enumerate() {
+            let (width, next, end, channel) = (window.width, window.next, rows.end(), group * LANES + n);
+            finder.closed.extend(finder.open.take_if(|open| is_last || next > open.last + width + 1));
+            let is_over = |closed: &mut Candidate| is_last || closed.best + 2 * width <= end;
+            while let Some(candidate) = finder.closed.pop_front_if(is_over) {
+                if let Some(ramp) = finder.ramp(rows, channel, candidate.best) {
+                    found(channel, ramp);
+                }
             }
         }
     }

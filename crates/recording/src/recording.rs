@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::mpsc;
-use std::thread;
 
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
@@ -12,12 +10,12 @@ use asperity_record::{
 use crate::arrival;
 use crate::description::{Channel, Description, Positive, Role, Stream};
 use crate::error::{InputFault, Place, RecordingError};
-use crate::force::{BEHIND, Forces, Loads, Request, Rows, Side};
+use crate::force::{BEHIND, Forces, Loads, Request, Side};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
-use crate::pick::{self, Finder, Search};
+use crate::pick::{self, Finders, Search};
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Column, LANES, Rows, Samples};
 use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
 use crate::survey::{BLOCK, Part, Surveyed, survey};
@@ -102,8 +100,8 @@ pub(crate) struct Progress<'a> {
     pub(crate) of: u64,
 }
 
-/// What is made of a block of samples: their part, the first of them there, and whether they are its last.
-type Visit<'a> = dyn FnMut(usize, u64, &Block, bool) -> Result<(), RecordingError> + 'a;
+/// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
+type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
 
 /// Reads parts of a stream from front to back.
 pub(crate) struct Source<'a> {
@@ -115,7 +113,7 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Replaces the rows of a block by samples of a part, which do not lie before those read last.
+    /// Adds samples of a part to a block, which do not lie before those read last.
     fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
         let Source { recording, stream, channels, open } = self;
         let Part { file, from, .. } = recording.streams[*stream].parts[part];
@@ -145,34 +143,32 @@ pub(crate) struct Ranges<'a> {
     part: usize,
     first: u64,
     kept: Block,
-    block: Block,
 }
 
 impl<'a> Ranges<'a> {
     pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
-        let rows = vec![Vec::new(); channels.len()];
+        let kept = Block::new(channels.len());
         let source = Source { recording, stream, channels, open: None };
-        Ranges { source, part: 0, first: 0, kept: rows.clone(), block: rows }
+        Ranges { source, part: 0, first: 0, kept }
     }
 
-    /// Rows with a range of samples of a part.
+    /// Samples with a range of a part.
     pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>, RecordingError> {
-        let kept = self.kept[0].len() as u64;
+        let kept = self.kept.len() as u64;
         let is_apart = part != self.part || samples.start >= self.first + kept;
         // Rarely, so that the rest is seldom moved.
         if is_apart || samples.start - self.first > kept / 2 {
             let dropped = if is_apart { kept } else { samples.start - self.first };
-            self.kept.iter_mut().for_each(|row| drop(row.drain(..dropped as usize)));
+            self.kept.drop_first(dropped as usize);
             (self.part, self.first) = (part, samples.start);
         }
-        let end = self.first + self.kept[0].len() as u64;
+        let end = self.first + self.kept.len() as u64;
         if samples.end > end {
             let of = &self.source.recording.streams[self.source.stream].parts[part];
             let to = samples.end.max(end + BLOCK as u64).min(of.samples);
-            self.source.read(part, end..to, &mut self.block)?;
-            self.kept.iter_mut().zip(&self.block).for_each(|(kept, row)| kept.extend_from_slice(row));
+            self.source.read(part, end..to, &mut self.kept)?;
         }
-        Ok(Rows { first: self.first, rows: &self.kept })
+        Ok(Rows { first: self.first, block: &self.kept })
     }
 }
 
@@ -353,48 +349,34 @@ impl Recording {
     }
 
     /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
-    /// there, and whether they are its last. Another thread reads ahead.
+    /// there, so many before that, and whether they are its last.
     pub(crate) fn pass(
         &self,
         stream: usize,
         channels: &[&Channel],
+        before: u64,
         progress: &mut Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
-        let parts = &self.streams[stream].parts;
-        let (send, blocks) = mpsc::sync_channel(1);
-        let (send_back, used) = mpsc::channel::<Block>();
-        let read = move || {
-            let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
-            let blocks_of = |n: usize| {
-                let samples = parts[n].samples;
-                (0..samples).step_by(BLOCK).map(move |first| (n, first, samples.min(first + BLOCK as u64)))
-            };
-            for (part, first, end) in self.order(stream).into_iter().flat_map(blocks_of) {
-                let mut block = used.try_recv().unwrap_or_else(|_| vec![Vec::new(); channels.len()]);
-                let read = source.read(part, first..end, &mut block).map(|()| (part, first, block));
-                let has_failed = read.is_err();
-                // Nobody waits for it once a visit has failed.
-                if send.send(read).is_err() || has_failed {
-                    return;
-                }
-            }
-        };
-        thread::scope(move |scope| {
-            scope.spawn(read);
-            for next in blocks {
-                let (part, first, block) = next?;
-                let count = block[0].len() as u64;
-                visit(part, first, &block, first + count == parts[part].samples)?;
-                progress.done += count;
+        let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
+        let mut block = Block::new(channels.len());
+        for part in self.order(stream) {
+            let samples = self.streams[stream].parts[part].samples;
+            block.resize(0);
+            for first in (0..samples).step_by(BLOCK) {
+                let (end, kept) = (samples.min(first + BLOCK as u64), block.len() as u64);
+                // Rarely, so that the rest is seldom moved.
+                block.drop_first(if kept > 2 * before { (kept - before) as usize } else { 0 });
+                let from = first - block.len() as u64;
+                source.read(part, first..end, &mut block)?;
+                visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
+                progress.done += end - first;
                 if (progress.watch)(progress.done, progress.of) {
                     return Err(RecordingError::Interrupted);
                 }
-                // The reader may be done.
-                send_back.send(block).ok();
             }
-            Ok(())
-        })
+        }
+        Ok(())
     }
 
     fn samples(
@@ -504,34 +486,38 @@ impl Recording {
             let least = least(detection.threshold(), &scatter, given);
             Search { width, scatter, least, sign: role.sign() * channel.factor.0.signum(), is_force: false }
         };
-        let mut finders: Vec<Finder> = Vec::new();
+        let mut finders: Vec<Finders> = Vec::new();
         let mut steps: Vec<SensorStep> = Vec::new();
         // Steps of each sensor, and those of the other sign.
         let (mut counts, mut others) = (vec![0_u64; channels.len()], 0);
         let mut before = 0;
-        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
+        let behind = pick::BEHIND * found.window;
+        self.pass(stream, &channels, behind, progress, &mut |part, first, rows, is_last| {
             let of = &surveyed.parts[part];
             if first == 0 {
-                finders = (0..channels.len()).map(|n| Finder::new(search(part, n))).collect();
+                let searches: Vec<Search> = (0..channels.len()).map(|n| search(part, n)).collect();
+                finders = searches.chunks(LANES).map(Finders::new).collect();
             }
-            pick::extend(&mut finders, block, is_last, &mut |n, window, ramp| {
-                let (of_part, scale) = (&noise[part][n][0], channels[n].scale);
-                if of_part.touches_clips(window, &ramp) {
-                    return;
-                }
-                let OfPart { width, scatter, .. } = of_part;
-                counts[n] += 1;
-                steps.push(SensorStep {
-                    sensor: n as u32 + 1,
-                    arrival_s: of.time_s(arrival::arrival(window, &ramp, *width, role)),
-                    stop_s: of.time_s(ramp.end),
-                    error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
-                    size: ramp.size * scale,
-                    size_error: scatter.sigma * scale.abs(),
+            for (group, finders) in finders.iter_mut().enumerate() {
+                finders.extend(rows, group, is_last, &mut |n, ramp| {
+                    let (of_part, scale) = (&noise[part][n][0], channels[n].scale);
+                    if of_part.touches_clips(rows, n, &ramp) {
+                        return;
+                    }
+                    let OfPart { width, scatter, .. } = of_part;
+                    counts[n] += 1;
+                    steps.push(SensorStep {
+                        sensor: n as u32 + 1,
+                        arrival_s: of.time_s(arrival::arrival(rows, n, &ramp, *width, role)),
+                        stop_s: of.time_s(ramp.end),
+                        error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
+                        size: ramp.size * scale,
+                        size_error: scatter.sigma * scale.abs(),
+                    });
                 });
-            });
+            }
             if is_last {
-                others += finders.iter().map(|finder| finder.others).sum::<u64>();
+                others += finders.iter().map(Finders::others).sum::<u64>();
                 let by_time = |a: &SensorStep, b: &SensorStep| {
                     a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
                 };
@@ -607,7 +593,7 @@ impl Recording {
         progress: &mut Progress<'_>,
     ) -> Result<(usize, Forces<'_>), RecordingError> {
         let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
-        let (channels, rows) = self.force_channels(stream);
+        let (channels, places) = self.force_channels(stream);
         let scale = channels[0].scale;
         let by_width = |which: usize| {
             let noise: Vec<OfPart> = noise.iter().map(|of| of[channel][which]).collect();
@@ -620,10 +606,10 @@ impl Recording {
             Forces {
                 parts,
                 ramps: vec![Vec::new(); parts.len()],
-                finder: Finder::new(searches[0]),
+                finder: Finders::new(&searches[..1]),
                 searches,
                 channels: channels.clone(),
-                rows,
+                places,
                 normal_force_n: self.description.slider.normal_force_n.map(|load| load.0),
                 noise,
                 drops: Vec::new(),
@@ -632,25 +618,20 @@ impl Recording {
         };
         let mut tried: Vec<Forces<'_>> = (0..noise[0][channel].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
-        let mut kept = vec![Vec::new(); channels.len()];
-        self.pass(stream, &channels, progress, &mut |part, first, block, is_last| {
+        self.pass(stream, &channels, BEHIND * longest, progress, &mut |part, first, rows, is_last| {
             let unloaded = |row: usize| {
-                let n = block[row].iter().position(|stored| channels[row].si(*stored) <= 0.0)?;
+                let mut stored = rows.of(row, first..rows.end());
+                let n = stored.position(|stored| channels[row].si(stored) <= 0.0)? as u64;
                 let problem = "a normal force that is not above 0".to_owned();
-                let sample = Some(first + n as u64);
+                let sample = Some(first + n);
                 let fault = self.fault(stream, part, channels[row], sample, problem, "a load above 0 N");
-                Some(fault.with(Some(block[row][n].to_string())))
+                let value = rows.of(row, first + n..rows.end()).next();
+                Some(fault.with(value.map(|value| value.to_string())))
             };
-            if let Some(fault) = rows[1].and_then(unloaded) {
+            if let Some(fault) = places[1].and_then(unloaded) {
                 return Err(fault.into());
             }
-            for (kept, row) in kept.iter_mut().zip(block) {
-                let needed = if first == 0 { 0 } else { (BEHIND * longest) as usize };
-                kept.drain(..kept.len().saturating_sub(needed));
-                kept.extend_from_slice(row);
-            }
-            let rows = Rows { first: first + block[0].len() as u64 - kept[0].len() as u64, rows: &kept };
-            tried.iter_mut().for_each(|forces| forces.extend(part, first, &rows, is_last));
+            tried.iter_mut().for_each(|forces| forces.extend(part, first, rows, is_last));
             Ok(())
         })?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;

@@ -1,29 +1,129 @@
 //! Samples, whatever file or program they come from.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 
 use crate::error::{Place, RecordingError};
 use crate::gap::Gap;
 
-/// The next samples of some channels, a row for each.
-pub type Block = Vec<Vec<f64>>;
+/// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
+pub(crate) const LANES: usize = 8;
+
+/// The next samples of some channels: one sample of all channels, then the next one. Behind the last channel lanes are
+/// filled with zeros.
+#[derive(Debug, Clone)]
+pub struct Block {
+    channels: usize,
+    lanes: Vec<[f64; LANES]>,
+}
+
+impl Block {
+    /// Without samples.
+    pub fn new(channels: usize) -> Block {
+        Block { channels, lanes: Vec::new() }
+    }
+
+    /// How many samples each channel has.
+    pub fn len(&self) -> usize {
+        self.lanes.len() / self.groups()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
+    /// How many times [`LANES`] channels lie side by side.
+    pub(crate) fn groups(&self) -> usize {
+        self.channels.div_ceil(LANES).max(1)
+    }
+
+    /// Numbers from one sample of a channel to the next.
+    pub(crate) fn stride(&self) -> usize {
+        self.groups() * LANES
+    }
+
+    /// All numbers, those of a sample side by side.
+    pub(crate) fn numbers(&mut self) -> &mut [f64] {
+        self.lanes.as_flattened_mut()
+    }
+
+    /// Changes the number of samples; new ones are 0.
+    pub fn resize(&mut self, samples: usize) {
+        self.lanes.resize(samples * self.groups(), [0.0; LANES]);
+    }
+
+    /// A sample of all channels.
+    pub fn sample(&self, sample: usize) -> &[f64] {
+        &self.lanes.as_flattened()[sample * self.stride()..][..self.channels]
+    }
+
+    /// Adds a sample, of as many channels as there are, the first ones of those that are given.
+    pub fn push(&mut self, sample: &[f64]) {
+        self.resize(self.len() + 1);
+        let (channels, stride) = (self.channels, self.stride());
+        let last = self.numbers().rchunks_exact_mut(stride).next().expect("it was added");
+        last[..channels].copy_from_slice(&sample[..channels]);
+    }
+
+    /// A channel from a sample on.
+    pub fn row(&self, channel: usize, from: usize) -> impl ExactSizeIterator<Item = f64> + Clone {
+        self.lanes(channel / LANES, from).map(move |lanes| lanes[channel % LANES])
+    }
+
+    /// A group of channels from a sample on.
+    pub(crate) fn lanes(
+        &self,
+        group: usize,
+        from: usize,
+    ) -> impl ExactSizeIterator<Item = &[f64; LANES]> + Clone {
+        self.lanes[from * self.groups()..].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
+    }
+
+    /// Leaves out the first samples.
+    pub(crate) fn drop_first(&mut self, samples: usize) {
+        self.lanes.drain(..(samples * self.groups()).min(self.lanes.len()));
+    }
+}
+
+/// Samples of a part, the first of them at this place of it.
+pub(crate) struct Rows<'a> {
+    pub(crate) first: u64,
+    pub(crate) block: &'a Block,
+}
+
+impl Rows<'_> {
+    /// One past the last sample.
+    pub(crate) fn end(&self) -> u64 {
+        self.first + self.block.len() as u64
+    }
+
+    /// A range of samples of a channel, cut to those that are there.
+    pub(crate) fn of(&self, channel: usize, samples: Range<u64>) -> impl ExactSizeIterator<Item = f64> {
+        let [from, to] = [samples.start, samples.end].map(|place| place.clamp(self.first, self.end()));
+        self.block.row(channel, (from - self.first) as usize).take((to - from) as usize)
+    }
+}
 
 /// Samples of some channels, read once from front to back. Files are one source of them; an array in memory is
 /// another.
 pub trait Samples {
-    /// Replaces the rows of a block by the next samples, so many of each channel. Returns how many: fewer only at the
-    /// end.
+    /// Adds the next samples to a block. Returns how many: fewer only at the end.
     ///
     /// # Errors
     /// If the source cannot be read, or holds something other than numbers.
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError>;
 
-    /// Passes over so many samples, for which it may use the block. Returns as [`Samples::next`] does.
+    /// Passes over so many samples, for which it may use room behind those of the block. Returns as [`Samples::next`] does.
     ///
     /// # Errors
     /// As that.
     fn skip(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
-        self.next(most, block)
+        let before = block.len();
+        let passed = self.next(most, block);
+        block.resize(before);
+        passed
     }
 
     /// How many samples each channel has, if that is known before all have been read.

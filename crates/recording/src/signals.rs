@@ -7,6 +7,7 @@ use std::iter;
 use asperity_files::Spool;
 use asperity_record::{BulkRecord, Record, Rupture, SignalRecord, TraceRecord};
 
+use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::recording::{Detected, Ranges, Recording};
 
@@ -137,11 +138,8 @@ impl Recording {
         due.into_iter().map(move |(place, from, to, rupture)| {
             let part = order[place];
             let rows = ranges.rows(part, &(from..to))?;
-            let values = rows.rows.iter().zip(sensors).flat_map(|(row, sensor)| {
-                let (from, to) = (from - rows.first, to - rows.first);
-                row[from as usize..to as usize].iter().map(|stored| sensor.si(*stored))
-            });
-            let values = values.collect();
+            let of = |(n, sensor): (usize, &'a Channel)| rows.of(n, from..to).map(|stored| sensor.si(stored));
+            let values = sensors.iter().enumerate().flat_map(of).collect();
             let step = grid.nearest_step(surveyed.parts[part].time_s(from as f64));
             Ok(Record::Traces(TraceRecord {
                 step,

@@ -11,7 +11,7 @@ use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once: of whole messages of `/signal`.
-pub(crate) const BLOCK: usize = 4 * SignalRecord::MOST_SAMPLES as usize;
+pub(crate) const BLOCK: usize = 2 * SignalRecord::MOST_SAMPLES as usize;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;
@@ -177,8 +177,9 @@ impl Time {
 }
 
 fn count(samples: &mut dyn Samples, channels: usize) -> Result<u64, RecordingError> {
-    let (mut all, mut block): (u64, Block) = (0, vec![Vec::new(); channels]);
+    let (mut all, mut block): (u64, Block) = (0, Block::new(channels));
     loop {
+        block.resize(0);
         match samples.next(BLOCK, &mut block)? {
             0 => return Ok(all),
             some => all += some as u64,
@@ -194,7 +195,7 @@ fn times(
     time: &Time,
 ) -> Result<(Vec<Part>, f64), RecordingError> {
     let mut samples = folder.open(stream, named, std::slice::from_ref(&time.column))?;
-    let mut block = vec![Vec::new()];
+    let mut block = Block::new(1);
     let fault = |place, value: Option<String>, problem: String, accepted| {
         let fault = InputFault::new(&folder.shown(named), place, problem, accepted);
         RecordingError::from(fault.of(&time.column).with(value))
@@ -204,7 +205,7 @@ fn times(
         fault(above(samples.place(0)), Some(stated), problem, "s, ms, us, ns")
     })?;
     samples.next(MOST_INTERVALS + 1, &mut block)?;
-    let first = block[0].clone();
+    let first: Vec<f64> = block.row(0, 0).collect();
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let interval = crate::window::median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
@@ -228,7 +229,7 @@ fn times(
         format!("{step} {in_words} where {due} {in_words} is the interval")
     };
     loop {
-        for &time in &block[0] {
+        for time in block.row(0, 0) {
             let gap = samples.gaps().get(gaps).filter(|gap| gap.at == at);
             let missing = gap.map_or(0, |gap| gap.missing);
             gaps += usize::from(missing > 0);
@@ -261,6 +262,7 @@ fn times(
             part.add(time_s(time));
             (at, last) = (at + 1, time);
         }
+        block.resize(0);
         if samples.next(BLOCK, &mut block)? == 0 {
             break;
         }

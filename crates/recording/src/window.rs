@@ -1,10 +1,13 @@
-//! The step statistic of a channel, and its scatter without events.
+//! The step statistic of channels, and its scatter without events.
 //!
 //! `S_i` is the mean of the `w` samples from `i` on less that of the `w` before. Its median `b` takes out drift, and
 //! `1.4826` times the median of `|S - b|`, its scatter, contains noise of low frequency.
 
 use std::array::from_fn;
-use std::ops::Range;
+
+use multiversion::multiversion;
+
+use crate::samples::{LANES, Rows};
 
 /// From the median of absolute deviations to the standard deviation of a normal distribution.
 pub(crate) const MAD_TO_SIGMA: f64 = 1.4826;
@@ -18,42 +21,18 @@ const MOST_VALUES: u64 = 1 << 17;
 const BLOCKS: u64 = 256;
 const VALUES_OF_BLOCK: u64 = 512;
 
-/// Windows of samples that are kept before the next step, or a candidate: a ramp begins two before it, and its
-/// arrival is looked for in three before that.
-const BEHIND: u64 = 6;
-
-/// Runs over the samples of a channel, and keeps those that are still needed.
+/// Runs over the samples of channels that lie side by side.
 #[derive(Debug)]
 pub(crate) struct Window {
     pub(crate) width: u64,
-    kept: Vec<f64>,
-    /// The sample that the first kept one is.
-    base: u64,
     pub(crate) next: u64,
     /// Over both windows of the last step that was made.
-    sums: [f64; 2],
+    sums: [[f64; LANES]; 2],
 }
 
 impl Window {
     pub(crate) fn new(width: u64) -> Window {
-        Window { width, kept: Vec::new(), base: 0, next: width, sums: [0.0; 2] }
-    }
-
-    /// Adds samples, and drops those before `needed` that no later step needs.
-    pub(crate) fn extend(&mut self, samples: &[f64], needed: u64) {
-        let from = needed.min(self.next).saturating_sub(BEHIND * self.width);
-        let is_past = from >= self.end() + samples.len() as u64;
-        // Rarely, so that the rest is seldom moved.
-        if is_past || from - self.base.min(from) > self.kept.len() as u64 / 2 {
-            let dropped = (from - self.base).min(self.kept.len() as u64);
-            self.kept.drain(..dropped as usize);
-            self.base += dropped;
-        }
-        if is_past {
-            self.base += samples.len() as u64;
-        } else {
-            self.kept.extend_from_slice(samples);
-        }
+        Window { width, next: width, sums: [[0.0; LANES]; 2] }
     }
 
     /// Goes on to the sums from which the step of an index ahead follows.
@@ -61,78 +40,77 @@ impl Window {
         self.next = self.next.max(index / SUMMED * SUMMED);
     }
 
-    /// One past the last sample.
-    pub(crate) fn end(&self) -> u64 {
-        self.base + self.kept.len() as u64
-    }
-
-    /// Samples of a range, cut to those that are kept.
-    pub(crate) fn samples(&self, range: Range<u64>) -> &[f64] {
-        let at = |sample: u64| (sample.clamp(self.base, self.end()) - self.base) as usize;
-        &self.kept[at(range.start)..at(range.end)]
+    /// Replaces steps by the next ones of a group of channels, up to an index, as far as there are samples. Returns the
+    /// index of the first; there are none at the end.
+    pub(crate) fn advance(
+        &mut self,
+        rows: &Rows<'_>,
+        group: usize,
+        until: u64,
+        steps: &mut Vec<[f64; LANES]>,
+    ) -> u64 {
+        let (w, first) = (self.width, self.next);
+        let until = until.min((rows.end() + 1).saturating_sub(w));
+        if first >= until {
+            steps.clear();
+            return first;
+        }
+        let restarts = first == w || first.is_multiple_of(SUMMED);
+        let from = first + u64::from(restarts);
+        let to = until.min((first / SUMMED + 1) * SUMMED).min(first + MOST_STEPS);
+        steps.resize((to - first) as usize, [0.0; LANES]);
+        let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
+        if restarts {
+            let sum = |sums: [f64; LANES], lanes: &[f64; LANES]| from_fn(|n| sums[n] + lanes[n]);
+            self.sums = [first - w, first].map(|from| lanes(from).take(w as usize).fold([-0.0; LANES], sum));
+            steps[0] = from_fn(|n| self.sums[1][n] / w as f64 - self.sums[0][n] / w as f64);
+        }
+        let samples = [from - 1 - w, from - 1, from + w - 1].map(lanes);
+        slide(samples, &mut self.sums, &mut steps[(from - first) as usize..], w);
+        self.next = to;
+        first
     }
 }
 
 /// Most steps that are made at once.
 const MOST_STEPS: u64 = 256;
 
-/// Replaces steps by the next ones of windows side by side, up to an index, as far as there are samples. Returns the index
-/// of the first; there are none at the end. Several windows go together, since each sum waits for the one before.
-pub(crate) fn advance<const N: usize>(
-    windows: [&mut Window; N],
-    until: u64,
-    steps: &mut Vec<[f64; N]>,
-) -> u64 {
-    let (w, first) = (windows[0].width, windows[0].next);
-    let until = until.min((windows[0].end() + 1).saturating_sub(w));
-    steps.clear();
-    if first >= until {
-        return first;
-    }
-    let restarts = first == w || first.is_multiple_of(SUMMED);
-    let from = first + u64::from(restarts);
-    let to = until.min((first / SUMMED + 1) * SUMMED).min(first + MOST_STEPS);
+/// Makes the steps of sums that go on: what leaves the first, crosses from the second to it, and comes.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn slide<'a>(
+    [leaving, crossing, coming]: [impl Iterator<Item = &'a [f64; LANES]>; 3],
+    sums: &mut [[f64; LANES]; 2],
+    steps: &mut [[f64; LANES]],
+    w: u64,
+) {
     let (width, share) = (w as f64, 1.0 / w as f64);
-    let mut sums = windows.each_ref().map(|window| match restarts {
-        true => [first - w, first].map(|from| window.samples(from..from + w).iter().sum()),
-        false => window.sums,
-    });
-    let quotients = |[before, after]: [f64; 2]| after / width - before / width;
-    steps.extend(restarts.then(|| sums.map(quotients)));
-    let rows = windows.each_ref().map(|window| {
-        [from - 1 - w, from - 1, from + w - 1].map(|first| window.samples(first..first + to - from))
-    });
+    let [mut before, mut after] = *sums;
     // Of a power of two a product is the quotient to the bit.
-    match w.is_power_of_two() {
-        true => slide(rows, &mut sums, steps, |[before, after]| (after - before) * share),
-        false => slide(rows, &mut sums, steps, quotients),
+    let is_exact = w.is_power_of_two();
+    for (((step, leaving), crossing), coming) in steps.iter_mut().zip(leaving).zip(crossing).zip(coming) {
+        for n in 0..LANES {
+            before[n] += crossing[n] - leaving[n];
+            after[n] += coming[n] - crossing[n];
+        }
+        *step = match is_exact {
+            true => from_fn(|n| (after[n] - before[n]) * share),
+            false => from_fn(|n| after[n] / width - before[n] / width),
+        };
     }
-    for (window, sums) in windows.into_iter().zip(sums) {
-        (window.sums, window.next) = (sums, to);
-    }
-    first
+    *sums = [before, after];
 }
 
-/// Adds the steps of sums that go on: what leaves the first, crosses from the second to it, and comes.
-fn slide<const N: usize>(
-    rows: [[&[f64]; 3]; N],
-    sums: &mut [[f64; 2]; N],
-    steps: &mut Vec<[f64; N]>,
-    statistic: impl Fn([f64; 2]) -> f64,
-) {
-    let (made, count) = (steps.len(), rows[0][0].len());
-    let rows = rows.map(|of| of.map(|row| &row[..count]));
-    let [mut before, mut after] = [0, 1].map(|n| sums.map(|sums| sums[n]));
-    steps.resize(made + count, [0.0; N]);
-    for (i, step) in steps[made..].iter_mut().enumerate() {
-        for n in 0..N {
-            let [leaving, crossing, coming] = [rows[n][0][i], rows[n][1][i], rows[n][2][i]];
-            before[n] += crossing - leaving;
-            after[n] += coming - crossing;
-            step[n] = statistic([before[n], after[n]]);
+/// Least and largest of steps.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+pub(crate) fn extremes(steps: &[[f64; LANES]]) -> [[f64; LANES]; 2] {
+    let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for step in steps {
+        for n in 0..LANES {
+            least[n] = lesser(least[n], step[n]);
+            most[n] = larger(most[n], step[n]);
         }
     }
-    *sums = from_fn(|n| [before[n], after[n]]);
+    [least, most]
 }
 
 /// Chooses the values from which the scatter follows.
@@ -141,8 +119,8 @@ pub(crate) struct Values {
     /// Where blocks of values begin that count; none if all do.
     starts: Vec<u64>,
     block: usize,
-    values: Vec<f64>,
-    steps: Vec<[f64; 1]>,
+    values: Vec<[f64; LANES]>,
+    steps: Vec<[f64; LANES]>,
 }
 
 /// Median and scatter of the step statistic, in units as stored.
@@ -172,7 +150,7 @@ impl Values {
     }
 
     /// Adds the values that count of what a window gives.
-    pub(crate) fn take(&mut self, window: &mut Window) {
+    pub(crate) fn take(&mut self, window: &mut Window, rows: &Rows<'_>, group: usize) {
         loop {
             let start = self.starts.get(self.block).copied();
             let end = start.map_or(u64::MAX, |start| start + VALUES_OF_BLOCK);
@@ -183,12 +161,12 @@ impl Values {
             }
             window.skip_to(start.unwrap_or_default());
             loop {
-                let first = advance([window], end, &mut self.steps);
+                let first = window.advance(rows, group, end, &mut self.steps);
                 if self.steps.is_empty() {
                     break;
                 }
                 let unneeded = start.unwrap_or_default().saturating_sub(first) as usize;
-                self.values.extend(self.steps.iter().skip(unneeded).flatten());
+                self.values.extend(self.steps.iter().skip(unneeded));
             }
             if window.next < end {
                 return;
@@ -197,11 +175,12 @@ impl Values {
         }
     }
 
-    pub(crate) fn scatter(self) -> Scatter {
+    /// The scatter of one of the channels.
+    pub(crate) fn scatter(&self, lane: usize) -> Scatter {
         /// Share of values beyond three scatters, and ratio of the scatters of both halves, of dense events.
         const FAR_SHARE: f64 = 0.25;
         const HALVES_RATIO: f64 = 2.0;
-        let Values { values, .. } = self;
+        let values: Vec<f64> = self.values.iter().map(|lanes| lanes[lane]).collect();
         let of = |values: &[f64], median: f64| {
             let mut off: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
             MAD_TO_SIGMA * self::median(&mut off)
@@ -241,22 +220,32 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Values, Window, advance, median};
+    use super::{Values, Window, median};
+    use crate::samples::{Block, LANES, Rows};
+
+    /// Passes samples on in pieces, with those of two windows before.
+    fn pass(samples: &[f64], width: u64, each: usize, visit: &mut dyn FnMut(&Rows<'_>)) {
+        let mut block = Block::new(LANES);
+        for (first, piece) in (0..).step_by(each).zip(samples.chunks(each)) {
+            block.drop_first(block.len().saturating_sub(2 * width as usize));
+            let kept = block.len() as u64;
+            piece.iter().for_each(|sample| block.push(&[*sample; LANES]));
+            visit(&Rows { first: first - kept, block: &block });
+        }
+    }
 
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
-        let mut windows = [Window::new(width), Window::new(width)];
-        let (mut found, mut steps) = (Vec::new(), Vec::new());
-        for block in samples.chunks(each) {
-            windows.iter_mut().for_each(|window| window.extend(block, u64::MAX));
+        let (mut window, mut found, mut steps) = (Window::new(width), Vec::new(), Vec::new());
+        pass(samples, width, each, &mut |rows| {
             loop {
-                let first = advance(windows.each_mut(), u64::MAX, &mut steps);
-                found.extend((first..).zip(&steps).map(|(index, [step, _])| (index, *step)));
-                assert!(steps.iter().all(|[one, other]| one == other));
+                let first = window.advance(rows, 0, u64::MAX, &mut steps);
+                found.extend((first..).zip(&steps).map(|(index, step)| (index, step[0])));
+                assert!(steps.iter().all(|step| *step == [step[0]; LANES]));
                 if steps.is_empty() {
                     break;
                 }
             }
-        }
+        });
         found
     }
 
@@ -278,15 +267,12 @@ mod tests {
         let samples: Vec<f64> = (0..(1 << 20) + 12_345).map(|n: u64| (n * n % 1009) as f64 * 0.1).collect();
         let all = steps(&samples, 24, samples.len());
         let (mut values, mut window) = (Values::of(samples.len() as u64, 24), Window::new(24));
-        for block in samples.chunks(1000) {
-            window.extend(block, u64::MAX);
-            values.take(&mut window);
-            assert!(window.kept.len() < 6000);
-        }
+        pass(&samples, 24, 1000, &mut |rows| values.take(&mut window, rows, 0));
         assert_eq!(values.values.len(), 256 * 512);
         for block in [0, 1, 100, 255] {
             let first = block * (all.len() - 512) / 255;
-            let due: Vec<f64> = all[first..first + 512].iter().map(|(_, step)| *step).collect();
+            let due: Vec<[f64; LANES]> =
+                all[first..first + 512].iter().map(|(_, step)| [*step; LANES]).collect();
             assert!(values.values[block * 512..][..512] == due, "{block}");
         }
     }

@@ -95,11 +95,11 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
     }
 }
 
-/// Finds steps and drops, with a bar; warnings are told.
+/// Reads all files of a recording, with a bar, and reports warnings.
 pub(crate) fn detect(recording: &Recording, board: &Board) -> Result<Detected, Failure> {
     interrupt::install()?;
     let name = recording.description.name.clone();
-    let found = recording.detect(&mut |done, of| {
+    let found = recording.read(&mut |done, of| {
         board.reached(&name, done as usize, of as usize);
         interrupt::has_come()
     });
@@ -109,14 +109,14 @@ pub(crate) fn detect(recording: &Recording, board: &Board) -> Result<Detected, F
 }
 
 /// What is written of a recording; its records follow.
-pub(crate) fn recorded(recording: &Recording, found: &mut Detected) -> Result<Recorded, Failure> {
-    let inputs = recording.inputs().map_err(|error| failed(&error))?;
-    Ok(Recorded {
+pub(crate) fn recorded(recording: &Recording, found: &mut Detected) -> Recorded {
+    let inputs = std::mem::take(&mut found.inputs);
+    Recorded {
         header: recording.header(&inputs),
         toml: recording.description.text.clone(),
         inputs: inputs.into_iter().map(|(path, input)| (path, input.to_string())).collect(),
         drops: std::mem::take(&mut found.drops),
-    })
+    }
 }
 
 fn open(file: &RecordingFile) -> Result<Recording, Failure> {
@@ -145,7 +145,7 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     fits("--out", out, "mcap", "a log")?;
     let recording = open(file)?;
     let mut found = detect(&recording, board)?;
-    let recorded = recorded(&recording, &mut found)?;
+    let recorded = recorded(&recording, &mut found);
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
     let ruptures = ruptures(&recorded.header, found.steps());
     let records = recording.records(&mut found, &ruptures).map(|record| match interrupt::has_come() {

@@ -127,11 +127,11 @@ pub(crate) fn recording(
     let callbacks = Callbacks::new(py, &name, progress, stop, THOUSANDTHS)?;
     let written = attend(py, &callbacks, |watch| {
         let recording = Recording::of_given(description, given)?;
-        let mut found = recording.detect(&mut |done, of| {
+        let mut found = recording.read(&mut |done, of| {
             watch.done.store(done * THOUSANDTHS / of.max(1), Ordering::Relaxed);
             watch.is_stopped()
         })?;
-        let inputs = recording.inputs()?;
+        let inputs = std::mem::take(&mut found.inputs);
         let recorded = Recorded {
             header: recording.header(&inputs),
             toml: recording.description.text.clone(),

@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use zip::ZipArchive;
 
@@ -16,6 +17,9 @@ use crate::error::{InputFault, Place, RecordingError};
 use crate::gap::Gapless;
 use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy};
+
+/// Bytes that are hashed at once.
+const HASHED_BYTES: u64 = 1 << 24;
 
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
@@ -156,13 +160,21 @@ impl Folder {
     }
 
     /// Length and hash of a file.
-    pub(crate) fn input(&self, named: &str) -> Result<Input, RecordingError> {
+    pub(crate) fn input(&self, named: &str, is_in_vain: &AtomicBool) -> Result<Input, RecordingError> {
         let mut file: Box<dyn Read> = match self.1.get(named) {
             Some(given) => given.open(),
             None => Box::new(self.file(named)?.0),
         };
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(&mut file).map_err(RecordingError::io(&self.shown(named)))?;
+        let mut before = None;
+        while before != Some(hasher.count()) {
+            if is_in_vain.load(Ordering::Relaxed) {
+                return Err(RecordingError::Interrupted);
+            }
+            before = Some(hasher.count());
+            let read = hasher.update_reader(file.by_ref().take(HASHED_BYTES));
+            read.map_err(RecordingError::io(&self.shown(named)))?;
+        }
         Ok(Input { bytes: hasher.count(), blake3: hasher.finalize().to_hex().to_string() })
     }
 }

@@ -1,6 +1,7 @@
 //! The first pass: the noise of channels, and what is wrong with them.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use asperity_record::{LoadNoise, Noise, Row, SignalRecord};
 use multiversion::multiversion;
@@ -173,53 +174,63 @@ impl Recording {
                 self.fault(stream, part, channels[0], None, problem, "parts of four windows at least");
             return Err(fault.into());
         }
-        let (mut signals, mut listeners) = (Signals::new(), Vec::new());
-        let mut parts = vec![Vec::new(); surveyed.parts.len()];
-        self.pass(stream, &channels, 2 * longest, progress, &mut |part, first, rows, is_last| {
-            let of = &surveyed.parts[part];
-            if first == 0 {
-                let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
-                let fresh = |widths: &[Vec<u64>]| {
-                    let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
-                    Listener {
-                        extremes: Extremes::new(widths.len()),
-                        windows: all.iter().map(windows).collect(),
-                    }
-                };
-                listeners = widths.chunks(LANES).map(fresh).collect::<Vec<Listener>>();
-            }
-            let mut read = self.signals(stream, part, first, (rows.end() - first) as usize);
-            for (group, Listener { extremes, windows }) in listeners.iter_mut().enumerate() {
-                let each = SignalRecord::MOST_SAMPLES as usize;
-                for (record, from) in read.iter_mut().zip((first - rows.first..).step_by(each)) {
-                    let samples = rows.block.lanes(group, from as usize).take(each);
-                    let [least, sum, most] = extremes.extend(samples);
-                    for (n, channel) in channels.iter().skip(group * LANES).take(LANES).enumerate() {
-                        let mean = sum[n] / f64::from(record.samples);
-                        let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
-                        record.least.push(a.min(b));
-                        record.mean.push(mean);
-                        record.largest.push(a.max(b));
-                    }
-                }
-                for (window, values) in windows {
-                    values.take(window, rows, group);
-                }
-            }
-            if is_last {
-                let of_channel = |(n, widths): (usize, &Vec<u64>)| {
-                    let Listener { extremes, windows } = &listeners[n / LANES];
-                    let of = |(window, values): &(Window, Values)| {
-                        let is_its = widths.contains(&window.width);
-                        is_its.then(|| OfPart::of(values, extremes, n % LANES, window.width))
+        let heard = |of: Range<usize>, progress: &mut Progress<'_>| {
+            let (channels, widths) = (&channels[of.clone()], &widths[of]);
+            let (mut signals, mut listeners) = (Signals::new(), Vec::new());
+            let mut parts: Heard = vec![Vec::new(); surveyed.parts.len()];
+            self.pass(stream, channels, 2 * longest, progress, &mut |part, first, rows, is_last| {
+                let of = &surveyed.parts[part];
+                if first == 0 {
+                    let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
+                    let fresh = |widths: &[Vec<u64>]| {
+                        let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
+                        Listener {
+                            extremes: Extremes::new(widths.len()),
+                            windows: all.iter().map(windows).collect(),
+                        }
                     };
-                    windows.iter().filter_map(of).collect()
-                };
-                parts[part] = widths.iter().enumerate().map(of_channel).collect();
-            }
-            read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
-        })?;
-        Ok((parts, signals))
+                    listeners = widths.chunks(LANES).map(fresh).collect::<Vec<Listener>>();
+                }
+                let mut read = self.signals(stream, part, first, (rows.end() - first) as usize);
+                for (group, Listener { extremes, windows }) in listeners.iter_mut().enumerate() {
+                    let each = SignalRecord::MOST_SAMPLES as usize;
+                    for (record, from) in read.iter_mut().zip((first - rows.first..).step_by(each)) {
+                        let samples = rows.block.lanes(group, from as usize).take(each);
+                        let [least, sum, most] = extremes.extend(samples);
+                        for (n, channel) in channels.iter().skip(group * LANES).take(LANES).enumerate() {
+                            let mean = sum[n] / f64::from(record.samples);
+                            let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
+                            record.least.push(a.min(b));
+                            record.mean.push(mean);
+                            record.largest.push(a.max(b));
+                        }
+                    }
+                    for (window, values) in windows {
+                        values.take(window, rows, group);
+                    }
+                }
+                if is_last {
+                    let of_channel = |(n, widths): (usize, &Vec<u64>)| {
+                        let Listener { extremes, windows } = &listeners[n / LANES];
+                        let of = |(window, values): &(Window, Values)| {
+                            let is_its = widths.contains(&window.width);
+                            is_its.then(|| OfPart::of(values, extremes, n % LANES, window.width))
+                        };
+                        windows.iter().filter_map(of).collect()
+                    };
+                    parts[part] = widths.iter().enumerate().map(of_channel).collect();
+                }
+                read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
+            })?;
+            Ok((parts, signals))
+        };
+        let halves = self.in_halves(stream, channels.len(), progress, heard)?;
+        let joined = halves.into_iter().reduce(|(mut parts, mut signals), (others, other_signals)| {
+            parts.iter_mut().zip(others).for_each(|(part, other)| part.extend(other));
+            signals.join(other_signals);
+            (parts, signals)
+        });
+        Ok(joined.expect("there is one"))
     }
 
     /// Adds the noise of some channels of a stream to what is found, and warnings: by channel, its number and the place of

@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
 };
 
 use crate::arrival;
-use crate::description::{Channel, Description, Positive, Role, Stream};
+use crate::description::{Channel, Description, Kind, Positive, Role, Stream};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::force::{BEHIND, Forces, Loads, Request, Side};
 use crate::input::{Folder, Given, Input};
@@ -57,6 +60,21 @@ fn least(threshold: f64, scatter: &Scatter, given: f64) -> f64 {
     }
 }
 
+/// Does something while another thread does something else, which learns when that is in vain.
+fn at_once<A, B: Send>(
+    one: impl FnOnce() -> Result<A, RecordingError>,
+    other: impl FnOnce(&AtomicBool) -> Result<B, RecordingError> + Send,
+) -> Result<(A, B), RecordingError> {
+    let is_in_vain = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let other = scope.spawn(|| other(&is_in_vain));
+        let one = one();
+        is_in_vain.store(one.is_err(), Ordering::Relaxed);
+        let other = other.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok((one?, other?))
+    })
+}
+
 /// A recording whose streams and parts are known.
 #[derive(Debug)]
 pub struct Recording {
@@ -75,6 +93,8 @@ pub struct Detected {
     pub rows: Vec<Row>,
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
+    /// Length and hash of every file, by their paths; none if nothing but detection was asked for.
+    pub inputs: BTreeMap<String, Input>,
     /// Load drops, in order.
     pub drops: Vec<LoadDrop>,
     pub(crate) timeline: Timeline,
@@ -248,14 +268,14 @@ impl Recording {
     }
 
     /// Length and hash of every file, by their paths.
-    ///
-    /// # Errors
-    /// If one cannot be read.
-    pub fn inputs(&self) -> Result<BTreeMap<String, Input>, RecordingError> {
+    fn inputs(&self, is_in_vain: &AtomicBool) -> Result<BTreeMap<String, Input>, RecordingError> {
         let of_streams = self.streams.iter().flat_map(|stream| &stream.files);
         let starts = self.description.streams.iter().filter_map(|stream| stream.starts.as_ref());
         let starts = starts.map(|starts| &starts.file);
-        of_streams.chain(starts).map(|named| Ok((named.clone(), self.folder.input(named)?))).collect()
+        of_streams
+            .chain(starts)
+            .map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?)))
+            .collect()
     }
 
     /// Lines about the streams, for people.
@@ -379,6 +399,29 @@ impl Recording {
         Ok(())
     }
 
+    /// Passes over channels of a stream, in two halves at once if they are many and reading takes less than what follows. `pass`
+    /// returns what it finds in some of them, which does not depend on the others.
+    pub(crate) fn in_halves<T: Send>(
+        &self,
+        stream: usize,
+        channels: usize,
+        progress: &mut Progress<'_>,
+        pass: impl Fn(Range<usize>, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
+    ) -> Result<Vec<T>, RecordingError> {
+        let is_quick = matches!(self.description.streams[stream].kind(), Some(Kind::Npy | Kind::Raw));
+        let half =
+            if is_quick { channels.div_ceil(2).next_multiple_of(LANES).min(channels) } else { channels };
+        if half == channels {
+            return Ok(vec![pass(0..channels, progress)?]);
+        }
+        let other = |is_in_vain: &AtomicBool| {
+            let watch = &mut |_, _| is_in_vain.load(Ordering::Relaxed);
+            pass(half..channels, &mut Progress { watch, done: 0, of: 0 })
+        };
+        let (one, other) = at_once(|| pass(0..half, progress), other)?;
+        Ok(vec![one, other])
+    }
+
     fn samples(
         &self,
         stream: usize,
@@ -396,6 +439,15 @@ impl Recording {
             }
             _ => self.folder.open(stream, &surveyed.files[file], &columns.collect::<Vec<_>>()),
         }
+    }
+
+    /// As [`Recording::detect`], and computes length and hash of every file meanwhile.
+    ///
+    /// # Errors
+    /// As that.
+    pub fn read(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
+        let (found, inputs) = at_once(|| self.detect(watch), |is_in_vain| self.inputs(is_in_vain))?;
+        Ok(Detected { inputs, ..found })
     }
 
     /// Finds steps, load drops and loads. `watch` is told how many samples were read, of how many in all passes, and says
@@ -422,6 +474,7 @@ impl Recording {
         let mut found = Detected {
             rows: Vec::new(),
             warnings: Vec::new(),
+            inputs: BTreeMap::new(),
             drops: Vec::new(),
             timeline: timeline(Vec::new()),
             loads: Vec::new(),
@@ -486,49 +539,64 @@ impl Recording {
             let least = least(detection.threshold(), &scatter, given);
             Search { width, scatter, least, sign: role.sign() * channel.factor.0.signum(), is_force: false }
         };
-        let mut finders: Vec<Finders> = Vec::new();
-        let mut steps: Vec<SensorStep> = Vec::new();
-        // Steps of each sensor, and those of the other sign.
-        let (mut counts, mut others) = (vec![0_u64; channels.len()], 0);
-        let mut before = 0;
         let behind = pick::BEHIND * found.window;
-        self.pass(stream, &channels, behind, progress, &mut |part, first, rows, is_last| {
-            let of = &surveyed.parts[part];
-            if first == 0 {
-                let searches: Vec<Search> = (0..channels.len()).map(|n| search(part, n)).collect();
-                finders = searches.chunks(LANES).map(Finders::new).collect();
-            }
-            for (group, finders) in finders.iter_mut().enumerate() {
-                finders.extend(rows, group, is_last, &mut |n, ramp| {
-                    let (of_part, scale) = (&noise[part][n][0], channels[n].scale);
-                    if of_part.touches_clips(rows, n, &ramp) {
-                        return;
-                    }
-                    let OfPart { width, scatter, .. } = of_part;
-                    counts[n] += 1;
-                    steps.push(SensorStep {
-                        sensor: n as u32 + 1,
-                        arrival_s: of.time_s(arrival::arrival(rows, n, &ramp, *width, role)),
-                        stop_s: of.time_s(ramp.end),
-                        error_s: arrival::error(&ramp, scatter.noise(*width), role) * surveyed.interval_s,
-                        size: ramp.size * scale,
-                        size_error: scatter.sigma * scale.abs(),
+        let found_in = |sensors: Range<usize>, progress: &mut Progress<'_>| {
+            let mut finders: Vec<Finders> = Vec::new();
+            // With the place of their part in time.
+            let (mut steps, mut nth): (Vec<(usize, SensorStep)>, usize) = (Vec::new(), 0);
+            // Steps of each sensor, and those of the other sign.
+            let (mut counts, mut others) = (vec![0; sensors.len()], 0);
+            let visit = &mut |part: usize, first: u64, rows: &Rows<'_>, is_last: bool| {
+                let of = &surveyed.parts[part];
+                if first == 0 {
+                    let searches: Vec<Search> = sensors.clone().map(|n| search(part, n)).collect();
+                    finders = searches.chunks(LANES).map(Finders::new).collect();
+                }
+                for (group, finders) in finders.iter_mut().enumerate() {
+                    finders.extend(rows, group, is_last, &mut |n, ramp| {
+                        let sensor = sensors.start + n;
+                        let (of_part, scale) = (&noise[part][sensor][0], channels[sensor].scale);
+                        if of_part.touches_clips(rows, n, &ramp) {
+                            return;
+                        }
+                        let OfPart { width, scatter, .. } = of_part;
+                        counts[n] += 1;
+                        steps.push((
+                            nth,
+                            SensorStep {
+                                sensor: sensor as u32 + 1,
+                                arrival_s: of.time_s(arrival::arrival(rows, n, &ramp, *width, role)),
+                                stop_s: of.time_s(ramp.end),
+                                error_s: arrival::error(&ramp, scatter.noise(*width), role)
+                                    * surveyed.interval_s,
+                                size: ramp.size * scale,
+                                size_error: scatter.sigma * scale.abs(),
+                            },
+                        ));
                     });
-                });
-            }
-            if is_last {
-                others += finders.iter().map(Finders::others).sum::<u64>();
-                let by_time = |a: &SensorStep, b: &SensorStep| {
-                    a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
-                };
-                // Parts do not overlap, but an arrival may lie before its part by rounding.
-                steps[before..].sort_by(by_time);
-                before = steps.len();
-            }
-            Ok(())
-        })?;
+                }
+                if is_last {
+                    others += finders.iter().map(Finders::others).sum::<u64>();
+                    nth += 1;
+                }
+                Ok(())
+            };
+            self.pass(stream, &channels[sensors.clone()], behind, progress, visit)?;
+            Ok((steps, counts, others))
+        };
+        let halves = self.in_halves(stream, channels.len(), progress, found_in)?;
+        let (mut steps, mut counts, mut others) = (Vec::new(), Vec::new(), 0);
+        for (of_half, counts_of_half, others_of_half) in halves {
+            steps.extend(of_half);
+            counts.extend(counts_of_half);
+            others += others_of_half;
+        }
+        // Parts do not overlap, but an arrival may lie before its part by rounding.
+        steps.sort_by(|(part, a), (other, b)| {
+            part.cmp(other).then(a.arrival_s.total_cmp(&b.arrival_s)).then(a.sensor.cmp(&b.sensor))
+        });
         self.warn(stream, role, &counts, others, found);
-        Ok(steps)
+        Ok(steps.into_iter().map(|(_, step)| step).collect())
     }
 
     /// Warns of what makes steps of an array doubtful, given how many each sensor has, and how many had the other sign.

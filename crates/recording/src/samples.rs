@@ -15,23 +15,25 @@ pub(crate) const LANES: usize = 8;
 #[derive(Debug, Clone)]
 pub struct Block {
     channels: usize,
+    /// Of the samples, and room behind them.
     lanes: Vec<[f64; LANES]>,
+    samples: usize,
 }
 
 impl Block {
     /// Without samples.
     pub fn new(channels: usize) -> Block {
-        Block { channels, lanes: Vec::new() }
+        Block { channels, lanes: Vec::new(), samples: 0 }
     }
 
     /// How many samples each channel has.
     pub fn len(&self) -> usize {
-        self.lanes.len() / self.groups()
+        self.samples
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.lanes.is_empty()
+        self.samples == 0
     }
 
     /// How many times [`LANES`] channels lie side by side.
@@ -46,12 +48,17 @@ impl Block {
 
     /// All numbers, those of a sample side by side.
     pub(crate) fn numbers(&mut self) -> &mut [f64] {
-        self.lanes.as_flattened_mut()
+        let lanes = self.samples * self.groups();
+        self.lanes[..lanes].as_flattened_mut()
     }
 
-    /// Changes the number of samples; new ones are 0.
+    /// Changes the number of samples; new ones have any numbers until they are written.
     pub fn resize(&mut self, samples: usize) {
-        self.lanes.resize(samples * self.groups(), [0.0; LANES]);
+        let lanes = samples * self.groups();
+        if lanes > self.lanes.len() {
+            self.lanes.resize(lanes, [0.0; LANES]);
+        }
+        self.samples = samples;
     }
 
     /// A sample of all channels.
@@ -78,12 +85,15 @@ impl Block {
         group: usize,
         from: usize,
     ) -> impl ExactSizeIterator<Item = &[f64; LANES]> + Clone {
-        self.lanes[from * self.groups()..].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
+        let samples = from * self.groups()..self.samples * self.groups();
+        self.lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
     }
 
     /// Leaves out the first samples.
     pub(crate) fn drop_first(&mut self, samples: usize) {
-        self.lanes.drain(..(samples * self.groups()).min(self.lanes.len()));
+        let (dropped, groups) = (samples.min(self.samples), self.groups());
+        self.lanes.copy_within(dropped * groups..self.samples * groups, 0);
+        self.samples -= dropped;
     }
 }
 

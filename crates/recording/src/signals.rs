@@ -17,26 +17,31 @@ const IN_MEMORY: usize = 1 << 24;
 /// Most numbers in a record of traces.
 const MOST_VALUES: usize = 1 << 17;
 
-/// What the channels of a stream read, record by record, as they were made.
+/// What the channels of a stream read, record by record, as they were made; some channels each.
 #[derive(Debug)]
-pub(crate) struct Signals(Spool);
+pub(crate) struct Signals(Vec<Spool>);
 
 impl Signals {
     pub(crate) fn new() -> Signals {
-        Signals(asperity_files::spool(IN_MEMORY))
+        Signals(vec![asperity_files::spool(IN_MEMORY)])
+    }
+
+    /// Adds what channels behind these read at the same times.
+    pub(crate) fn join(&mut self, others: Signals) {
+        self.0.extend(others.0);
     }
 
     pub(crate) fn push(&mut self, record: &SignalRecord) -> io::Result<()> {
         let message = record.to_message();
-        self.0.write_all(&(message.len() as u32).to_le_bytes())?;
-        self.0.write_all(&message)
+        self.0[0].write_all(&(message.len() as u32).to_le_bytes())?;
+        self.0[0].write_all(&message)
     }
 
     /// All of them, in order.
     fn records(&mut self) -> impl Iterator<Item = io::Result<SignalRecord>> {
-        let rewound = self.0.rewind();
-        let mut spool = BufReader::new(&mut self.0);
-        let mut next = move || {
+        let rewound: io::Result<()> = self.0.iter_mut().try_for_each(Seek::rewind);
+        let mut spools: Vec<_> = self.0.iter_mut().map(BufReader::new).collect();
+        let read = |spool: &mut BufReader<&mut Spool>| {
             let mut length = [0; 4];
             if spool.read(&mut length[..1])? == 0 {
                 return Ok(None);
@@ -45,6 +50,15 @@ impl Signals {
             let mut message = vec![0; u32::from_le_bytes(length) as usize];
             spool.read_exact(&mut message)?;
             SignalRecord::of_message(&message).map(Some).map_err(io::Error::other)
+        };
+        let mut next = move || {
+            let all: Option<Vec<SignalRecord>> = spools.iter_mut().map(read).collect::<io::Result<_>>()?;
+            Ok(all.into_iter().flatten().reduce(|mut record, other| {
+                record.least.extend(other.least);
+                record.mean.extend(other.mean);
+                record.largest.extend(other.largest);
+                record
+            }))
         };
         rewound.err().map(Err).into_iter().chain(iter::from_fn(move || next().transpose()))
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_recording::{Description, Recording};
-use asperity_run::{Checked, OpenLog, check, ruptures};
+use asperity_run::{Checked, OpenLog, check};
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
@@ -74,6 +74,5 @@ fn recorded_again(log: OpenLog, folder: &Path, board: &Board) -> Result<Checked,
     let recording = open.map_err(|error| recording::failed(&error))?;
     let mut found = recording::detect(&recording, board)?;
     let recorded = recording::recorded(&recording, &mut found)?;
-    let ruptures = ruptures(&recorded.header, found.steps());
-    Ok(recorded.check(log, recording.records(&mut found, &ruptures)))
+    Ok(recorded.check(log, recording.records(&mut found)))
 }

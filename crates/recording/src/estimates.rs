@@ -82,6 +82,17 @@ pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
 }
 
 impl Recording {
+    /// The ruptures that the step records show, numbered as in the log, in order of their onsets.
+    pub(crate) fn ruptures(&self, found: &Detected) -> Vec<Slipped> {
+        let sensors = self.description.positions_m().len().max(1) as u32;
+        let mut tracker = RuptureTracker::new(sensors, self.time_grid().step_s(), self.scales().link_s());
+        let mut ruptures = Vec::new();
+        found.steps().for_each(|record| tracker.observe(&record, &mut ruptures));
+        tracker.finish(&mut ruptures);
+        ruptures.sort_by_key(|rupture| rupture.onset_step);
+        ruptures
+    }
+
     /// Rows of what steps and load drops tell. The forces and the shear gauges are read once more.
     pub(crate) fn estimates(
         &self,
@@ -90,11 +101,7 @@ impl Recording {
     ) -> Result<Vec<Row>, RecordingError> {
         let (step, grid, drops, x_m) =
             (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
-        let mut tracker = RuptureTracker::new(x_m.len().max(1) as u32, grid.step_s(), self.scales().link_s());
-        let mut ruptures = Vec::new();
-        found.steps().for_each(|record| tracker.observe(&record, &mut ruptures));
-        tracker.finish(&mut ruptures);
-        ruptures.sort_by_key(|rupture| rupture.onset_step);
+        let ruptures = self.ruptures(found);
         let global = ruptures.iter().position(|rupture| rupture.blocks.len() == x_m.len());
         let means = self.means(progress)?;
         let (velocity, mut rows) = (slope(&means, TIME, POINT), Vec::new());

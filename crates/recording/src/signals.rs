@@ -4,8 +4,9 @@
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::iter;
 
+use asperity_detect::Slipped;
 use asperity_files::Spool;
-use asperity_record::{BulkRecord, Record, Rupture, SignalRecord, TraceRecord};
+use asperity_record::{BulkRecord, Record, SignalRecord, TraceRecord};
 
 use crate::error::RecordingError;
 use crate::recording::{Detected, Ranges, Recording};
@@ -80,12 +81,12 @@ impl Recording {
         (0..samples).step_by(SignalRecord::MOST_SAMPLES as usize).map(record).collect()
     }
 
-    /// All records of the log, in order, given the ruptures that the step records show.
+    /// All records of the log, in order.
     pub fn records<'a>(
         &'a self,
         found: &'a mut Detected,
-        ruptures: &[Rupture],
     ) -> impl Iterator<Item = Result<Record, RecordingError>> {
+        let ruptures = self.ruptures(found);
         let (timeline, loads, normal_load_n) = (&found.timeline, &found.loads, self.normal_load_n());
         let mut sources: Vec<Records<'a>> = vec![
             Box::new(timeline.records(loads, normal_load_n).map(|record| Ok(Record::Step(record)))),
@@ -97,7 +98,7 @@ impl Recording {
             ));
         }
         if let Some(stream) = self.description.contacts.filter(|_| self.description.detection.has_traces()) {
-            sources.push(Box::new(self.traces(stream, found.window, ruptures)));
+            sources.push(Box::new(self.traces(stream, found.window, &ruptures)));
         }
         let mut sources: Vec<iter::Peekable<Records<'a>>> =
             sources.into_iter().map(Iterator::peekable).collect();
@@ -115,18 +116,19 @@ impl Recording {
         &'a self,
         stream: usize,
         window: u64,
-        ruptures: &[Rupture],
+        ruptures: &[Slipped],
     ) -> impl Iterator<Item = Result<Record, RecordingError>> + use<'a> {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let sensors = &self.description.streams[stream].sensors;
         let most = (MOST_VALUES / sensors.len()).clamp(1, SignalRecord::MOST_SAMPLES as usize);
         let (mut due, order) = (Vec::new(), self.order(stream));
-        for Rupture { rupture, onset_s, end_s, .. } in ruptures {
-            let begins = |part: &usize| surveyed.parts[*part].first_s() <= *onset_s;
+        for Slipped { rupture, onset_step, end, .. } in ruptures {
+            let onset_s = grid.time_s(*onset_step);
+            let begins = |part: &usize| surveyed.parts[*part].first_s() <= onset_s;
             let place = order.partition_point(begins).saturating_sub(1);
             let of = &surveyed.parts[order[place]];
-            let from = (of.sample_at(*onset_s).floor() as u64).saturating_sub(4 * window);
-            let to = of.sample_at(end_s.unwrap_or(f64::MAX)).ceil() as u64;
+            let from = (of.sample_at(onset_s).floor() as u64).saturating_sub(4 * window);
+            let to = end.map_or(of.samples, |(step, _)| of.sample_at(grid.time_s(step)).ceil() as u64);
             let to = to.saturating_add(4 * window + 1).min(of.samples);
             due.extend(
                 (from..to).step_by(most).map(|from| (place, from, to.min(from + most as u64), *rupture)),

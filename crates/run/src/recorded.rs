@@ -9,7 +9,7 @@ use std::vec::IntoIter;
 use asperity_record::{
     Event, EventKind, EventPayload, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus,
 };
-use asperity_record::{Rupture, SolverReport, StepRecord, TimeGrid};
+use asperity_record::{SolverReport, TimeGrid};
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
 use crate::check::{CheckProblem, Checked};
@@ -31,16 +31,6 @@ pub struct Recorded {
     pub inputs: BTreeMap<String, String>,
     /// Its load drops, in order.
     pub drops: Vec<LoadDrop>,
-}
-
-/// The ruptures that step records of a recording show, numbered as in its log.
-pub fn ruptures(header: &RunHeader, steps: impl Iterator<Item = StepRecord>) -> Vec<Rupture> {
-    let mut found = Vec::new();
-    let mut emit = |event: Event| found.extend(event.get::<Rupture>().cloned());
-    let mut detectors = Settings::default().start(header, None);
-    steps.for_each(|step| detectors.observe(&Record::Step(step), &mut emit));
-    detectors.finish(&mut emit);
-    found
 }
 
 impl Recorded {

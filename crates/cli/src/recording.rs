@@ -147,10 +147,7 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let mut found = detect(&recording, board)?;
     let recorded = recorded(&recording, &mut found)?;
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
-    let records = recording.records(&mut found).map(|record| match interrupt::has_come() {
-        true => Err(RecordingError::Interrupted),
-        false => record,
-    });
+    let records = recording.records(&mut found, &interrupt::has_come);
     let end = recorded.write(out, existing, records).map_err(|error| match error {
         StreamError::Source(error) => failed(&error),
         StreamError::Sink(WriteError::File(error)) => refused("--out", &error, true),

@@ -139,10 +139,8 @@ pub(crate) fn recording(
             drops: std::mem::take(&mut found.drops),
         };
         let warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
-        let records = recording.records(&mut found).map(|record| match watch.is_stopped() {
-            true => Err(RecordingError::Interrupted),
-            false => record,
-        });
+        let stop = || watch.is_stopped();
+        let records = recording.records(&mut found, &stop);
         Ok::<_, RecordingError>((recorded.write(&log, Existing::Refuse, records), warnings))
     })?;
     let (written, warnings) = written.map_err(of_recording)?;

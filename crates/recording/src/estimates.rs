@@ -203,11 +203,9 @@ impl Recording {
             let gauge = gauges.iter().position(|gauge| gauge.x_m == x_m.get(sensor).copied());
             let (Some(part), Some(gauge)) = (part, gauge) else { continue };
             let end = parts[part].sample_at(time_s) as u64 + 1;
-            let from = end.saturating_sub(SHEAR_SAMPLES);
-            let rows = ranges.rows(part, &(from..end))?;
-            let row = &rows.rows[gauge][(from - rows.first) as usize..(end - rows.first) as usize];
-            let largest_n =
-                row.iter().map(|stored| gauges[gauge].si(*stored)).fold(f64::NEG_INFINITY, f64::max);
+            let samples = end.saturating_sub(SHEAR_SAMPLES)..end;
+            let before = ranges.rows(part, &samples)?.si(gauge, &gauges[gauge], &samples);
+            let largest_n = before.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max);
             ratios.extend(gauges[gauge].normal_n.map(|load| largest_n / load.0));
         }
         Ok(ratios)

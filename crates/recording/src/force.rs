@@ -53,6 +53,14 @@ pub(crate) struct Rows<'a> {
     pub(crate) rows: &'a Block,
 }
 
+impl Rows<'_> {
+    /// Samples of a row, which is that of a channel, in SI units; none if they are not there.
+    pub(crate) fn si(&self, row: usize, channel: &Channel, samples: &Range<u64>) -> Option<Vec<f64>> {
+        let there = (samples.start - self.first) as usize..(samples.end - self.first) as usize;
+        Some(self.rows[row].get(there)?.iter().map(|stored| channel.si(*stored)).collect())
+    }
+}
+
 /// Loads at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loads {
@@ -78,9 +86,8 @@ const DRIVE: usize = 2;
 
 impl Forces<'_> {
     fn quantity(&self, which: usize, rows: &Rows<'_>, samples: &Range<u64>) -> Option<Vec<f64>> {
-        let (from, to) = ((samples.start - rows.first) as usize, (samples.end - rows.first) as usize);
         let row = self.rows[which]?;
-        Some(rows.rows[row].get(from..to)?.iter().map(|stored| self.channels[row].si(*stored)).collect())
+        rows.si(row, self.channels[row], samples)
     }
 
     /// The lines before and behind a ramp, and the samples whose normal force counts.

@@ -8,6 +8,7 @@ use asperity_detect::Slipped;
 use asperity_files::Spool;
 use asperity_record::{BulkRecord, Record, SignalRecord, TraceRecord};
 
+use crate::description::Description;
 use crate::error::RecordingError;
 use crate::recording::{Detected, Ranges, Recording};
 
@@ -81,10 +82,11 @@ impl Recording {
         (0..samples).step_by(SignalRecord::MOST_SAMPLES as usize).map(record).collect()
     }
 
-    /// All records of the log, in order.
+    /// All records of the log, in order, until `stop` says to stop.
     pub fn records<'a>(
         &'a self,
         found: &'a mut Detected,
+        stop: &'a dyn Fn() -> bool,
     ) -> impl Iterator<Item = Result<Record, RecordingError>> {
         let ruptures = self.ruptures(found);
         let (timeline, loads, normal_load_n) = (&found.timeline, &found.loads, self.normal_load_n());
@@ -97,12 +99,16 @@ impl Recording {
                 signals.records().map(|record| record.map(Record::Signal).map_err(RecordingError::spool)),
             ));
         }
-        if let Some(stream) = self.description.contacts.filter(|_| self.description.detection.has_traces()) {
+        let Description { contacts, detection, .. } = &self.description;
+        if let Some(stream) = contacts.filter(|_| detection.traces != Some(false)) {
             sources.push(Box::new(self.traces(stream, found.window, &ruptures)));
         }
         let mut sources: Vec<iter::Peekable<Records<'a>>> =
             sources.into_iter().map(Iterator::peekable).collect();
         iter::from_fn(move || {
+            if stop() {
+                return Some(Err(RecordingError::Interrupted));
+            }
             // The earliest, the first of equals; a failure at once.
             let step = |next: &Result<Record, RecordingError>| next.as_ref().map_or(0, Record::step);
             let first = sources.iter_mut().enumerate();
@@ -139,11 +145,9 @@ impl Recording {
         due.into_iter().map(move |(place, from, to, rupture)| {
             let part = order[place];
             let rows = ranges.rows(part, &(from..to))?;
-            let values = rows.rows.iter().zip(sensors).flat_map(|(row, sensor)| {
-                let (from, to) = (from - rows.first, to - rows.first);
-                row[from as usize..to as usize].iter().map(|stored| sensor.si(*stored))
-            });
-            let values = values.collect();
+            let of_sensors = sensors.iter().enumerate();
+            let values =
+                of_sensors.filter_map(|(n, sensor)| rows.si(n, sensor, &(from..to))).flatten().collect();
             let step = grid.nearest_step(surveyed.parts[part].time_s(from as f64));
             Ok(Record::Traces(TraceRecord {
                 step,

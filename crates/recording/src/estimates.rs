@@ -120,16 +120,16 @@ impl Recording {
             let mut farthest: Option<&Slipped> = None;
             let up_to_global = ruptures.iter().take(global.map_or(usize::MAX, |global| global + 1));
             for rupture in up_to_global.filter(|rupture| rupture.blocks.contains_key(&1)) {
-                let before = farthest.filter(|before| last(before) > last(rupture)).unwrap_or(rupture);
-                let [low, high] = [farthest.unwrap_or(rupture), rupture].map(|rupture| rupture.ft_fn_onset);
-                for sensor in last(farthest.unwrap_or(rupture)) + 1..=last(rupture) {
+                let before = farthest.unwrap_or(rupture);
+                let (low, high) = (before.ft_fn_onset, rupture.ft_fn_onset);
+                for sensor in last(before) + 1..=last(rupture) {
                     let x_over_l = x_m[sensor as usize - 1] / self.description.slider.length_m.0;
                     let (ft_fn, ft_fn_error) = ((low + high) / 2.0, (high - low).abs() / 12f64.sqrt());
                     let time_s = grid.time_s(step);
                     rows.push(Row::new(FirstReach { step, time_s, sensor, x_over_l, ft_fn, ft_fn_error }));
                     points.push([x_over_l, ft_fn]);
                 }
-                farthest = Some(before);
+                farthest = Some(if last(before) > last(rupture) { before } else { rupture });
             }
         }
         let [by_reach, tilt] = length_law(&points).map_or([None; 2], |told| told.map(Some));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_recording::{Description, Recording};
-use asperity_run::{Checked, OpenLog, check, ruptures};
+use asperity_run::{Checked, OpenLog};
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
@@ -45,19 +45,17 @@ pub(crate) struct CheckArguments {
 pub(crate) fn command(arguments: &CheckArguments, board: &Board) -> Result<(), Failure> {
     let mut codes = Vec::new();
     for run in &arguments.runs {
-        let checked: Checked = match &arguments.inputs {
-            _ if !arguments.again => check(run),
-            inputs => OpenLog::open(run).map_or_else(
-                |checked| Ok(*checked),
-                |log| match inputs {
-                    _ if log.header().sensors.is_none() => Ok(log.check_again(&mut ())),
-                    Some(folder) => recorded_again(log, folder, board),
-                    None => {
-                        let problem = "a recording is read again from its files (accepted: --inputs FOLDER)";
-                        Err(Failure::BadInput(format!("{}: {problem}", run.display())))
-                    }
-                },
-            )?,
+        let checked = match OpenLog::open(run) {
+            Err(checked) => *checked,
+            Ok(log) if !arguments.again => log.check(&mut ()),
+            Ok(log) if log.header().sensors.is_none() => log.check_again(&mut ()),
+            Ok(log) => match &arguments.inputs {
+                Some(folder) => recorded_again(log, folder, board)?,
+                None => {
+                    let problem = "a recording is read again from its files (accepted: --inputs FOLDER)";
+                    return Err(Failure::BadInput(format!("{}: {problem}", run.display())));
+                }
+            },
         };
         let what = verdict_exit::words(run, &checked);
         terminal::say(format_args!("{}: {}", run.display(), exit::shortened(&what)))?;
@@ -74,6 +72,5 @@ fn recorded_again(log: OpenLog, folder: &Path, board: &Board) -> Result<Checked,
     let recording = open.map_err(|error| recording::failed(&error))?;
     let mut found = recording::detect(&recording, board)?;
     let recorded = recording::recorded(&recording, &mut found);
-    let ruptures = ruptures(&recorded.header, found.steps());
-    Ok(recorded.check(log, recording.records(&mut found, &ruptures)))
+    Ok(recorded.check(log, recording.records(&mut found, &|| false)))
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use asperity_files::Existing;
 use asperity_record::{Arrival, EventPayload, LoadDrop, Rupture, counted};
 use asperity_recording::{Description, Detected, EXAMPLE, Recording, RecordingError};
+use asperity_run::Recorded;
 use asperity_run::stream::StreamError;
-use asperity_run::{Recorded, ruptures};
 use asperity_runlog::WriteError;
 use asperity_study::Watcher;
 use clap::{Args, Subcommand};
@@ -147,11 +147,7 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let mut found = detect(&recording, board)?;
     let recorded = recorded(&recording, &mut found);
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
-    let ruptures = ruptures(&recorded.header, found.steps());
-    let records = recording.records(&mut found, &ruptures).map(|record| match interrupt::has_come() {
-        true => Err(RecordingError::Interrupted),
-        false => record,
-    });
+    let records = recording.records(&mut found, &interrupt::has_come);
     let end = recorded.write(out, existing, records).map_err(|error| match error {
         StreamError::Source(error) => failed(&error),
         StreamError::Sink(WriteError::File(error)) => refused("--out", &error, true),

@@ -8,8 +8,8 @@ use std::sync::atomic::Ordering;
 
 use asperity_recording::input::{Given, InMemory};
 use asperity_recording::{Description, Recording, RecordingError, Source, npy_head};
+use asperity_run::Recorded;
 use asperity_run::stream::StreamError;
-use asperity_run::{Recorded, ruptures};
 use asperity_runlog::Existing;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -139,11 +139,8 @@ pub(crate) fn recording(
             drops: std::mem::take(&mut found.drops),
         };
         let warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
-        let ruptures = ruptures(&recorded.header, found.steps());
-        let records = recording.records(&mut found, &ruptures).map(|record| match watch.is_stopped() {
-            true => Err(RecordingError::Interrupted),
-            false => record,
-        });
+        let stop = || watch.is_stopped();
+        let records = recording.records(&mut found, &stop);
         Ok::<_, RecordingError>((recorded.write(&log, Existing::Refuse, records), warnings))
     })?;
     let (written, warnings) = written.map_err(of_recording)?;

@@ -305,10 +305,6 @@ impl Samples for Arrays {
         self.next += count;
         Ok(count as usize)
     }
-
-    fn known_length(&self) -> Option<u64> {
-        Some(self.samples)
-    }
 }
 
 #[cfg(test)]
@@ -341,7 +337,7 @@ mod tests {
             decode(stored, 2, 0..2, &mut row[2 * n..], 2);
             let mut second = [0.0];
             decode(stored, 2, 1..2, &mut second, 1);
-            assert!(second[0] == row[2 * n + 1] && are_integers == !name.contains('f'), "{name}");
+            assert!(second[0] == row[2 * n + 1] && are_integers != name.contains('f'), "{name}");
         }
         assert_eq!(row, [-2.0, 1.0, 65534.0, 1.0, -128.0, 1.0, 1.5, 1.0, 4_294_967_296.0, 1.0]);
         assert!(["<f2", "i2", "<c8", "<i3", "é", ""].iter().all(|name| Numbers::of(name).is_none()));

@@ -139,14 +139,12 @@ impl Csv {
     /// The number in a cell of the current row, with a decimal comma where all have one.
     fn number(&mut self, column: usize) -> Result<f64, Box<InputFault>> {
         let cell = self.record.get(column).unwrap_or_default().trim_ascii();
-        let mut parsed = fast_float2::parse::<f64, _>(cell);
-        let mark =
-            cell.iter().copied().find(|byte| matches!(byte, b'.' | b',')).filter(|_| self.may_have_commas);
-        if mark == Some(b',') {
-            let with_point: Vec<u8> =
-                cell.iter().map(|byte| if *byte == b',' { b'.' } else { *byte }).collect();
-            parsed = fast_float2::parse::<f64, _>(with_point);
-        }
+        let mark = cell.iter().copied().find(|byte| b".,".contains(byte)).filter(|_| self.may_have_commas);
+        let with_point = |byte: &u8| if *byte == b',' { b'.' } else { *byte };
+        let parsed = match mark {
+            Some(b',') => fast_float2::parse(cell.iter().map(with_point).collect::<Vec<u8>>()),
+            _ => fast_float2::parse::<f64, _>(cell),
+        };
         let is_other = mark.is_some_and(|mark| *self.mark.get_or_insert(mark) != mark);
         let problem = match parsed {
             Ok(_) if is_other => "another decimal mark than before",

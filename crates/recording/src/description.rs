@@ -305,15 +305,11 @@ pub(crate) struct Detection {
     pub(crate) least_step: Option<FromZero>,
     pub(crate) least_drop_n: Option<FromZero>,
     link_time_ratio: Option<Positive>,
-    /// Whether the log has the samples about each rupture.
-    traces: Option<bool>,
+    /// Whether the log has the samples about each rupture; by default it has.
+    pub(crate) traces: Option<bool>,
 }
 
 impl Detection {
-    pub(crate) fn has_traces(&self) -> bool {
-        self.traces.unwrap_or(true)
-    }
-
     /// Least size of a step, in scatters of the step statistic.
     pub(crate) fn threshold(&self) -> f64 {
         self.threshold.map_or(6.0, |threshold| threshold.0)
@@ -466,10 +462,9 @@ impl Description {
             check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
             resolve(file, text, typed::parse(text, "`asperity recording show`")?)
         };
-        read().map_err(|(at, problem)| RecordingError::Description {
-            file: file.to_owned(),
-            place: Lines::of(text).place(text, at).to_string(),
-            problem,
+        read().map_err(|(at, problem)| {
+            let place = Lines::of(text).place(text, at);
+            RecordingError::Description(format!("{}:{place}: {problem}", file.display()))
         })
     }
 

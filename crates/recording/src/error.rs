@@ -8,16 +8,9 @@ use std::path::{Path, PathBuf};
 /// Why a recording cannot be read. Nothing is written then.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// Its description is not accepted.
-    #[error("{}:{place}: {problem}", file.display())]
-    Description {
-        /// The file.
-        file: PathBuf,
-        /// Line and column.
-        place: String,
-        /// Key, value and what is accepted.
-        problem: String,
-    },
+    /// Its description is not accepted: file, line, column, key, value, and what is accepted.
+    #[error("{0}")]
+    Description(String),
     /// A file cannot be opened or read.
     #[error("{}: {error}", file.display())]
     Io {

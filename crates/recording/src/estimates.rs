@@ -82,6 +82,17 @@ pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
 }
 
 impl Recording {
+    /// The ruptures that the step records show, numbered as in the log, in order of their onsets.
+    pub(crate) fn ruptures(&self, found: &Detected) -> Vec<Slipped> {
+        let sensors = self.description.positions_m().len().max(1) as u32;
+        let mut tracker = RuptureTracker::new(sensors, self.time_grid().step_s(), self.scales().link_s());
+        let mut ruptures = Vec::new();
+        found.steps().for_each(|record| tracker.observe(&record, &mut ruptures));
+        tracker.finish(&mut ruptures);
+        ruptures.sort_by_key(|rupture| rupture.onset_step);
+        ruptures
+    }
+
     /// Rows of what steps and load drops tell. The forces and the shear gauges are read once more.
     pub(crate) fn estimates(
         &self,
@@ -90,11 +101,7 @@ impl Recording {
     ) -> Result<Vec<Row>, RecordingError> {
         let (step, grid, drops, x_m) =
             (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
-        let mut tracker = RuptureTracker::new(x_m.len().max(1) as u32, grid.step_s(), self.scales().link_s());
-        let mut ruptures = Vec::new();
-        found.steps().for_each(|record| tracker.observe(&record, &mut ruptures));
-        tracker.finish(&mut ruptures);
-        ruptures.sort_by_key(|rupture| rupture.onset_step);
+        let ruptures = self.ruptures(found);
         let global = ruptures.iter().position(|rupture| rupture.blocks.len() == x_m.len());
         let means = self.means(progress)?;
         let (velocity, mut rows) = (slope(&means, TIME, POINT), Vec::new());
@@ -113,16 +120,16 @@ impl Recording {
             let mut farthest: Option<&Slipped> = None;
             let up_to_global = ruptures.iter().take(global.map_or(usize::MAX, |global| global + 1));
             for rupture in up_to_global.filter(|rupture| rupture.blocks.contains_key(&1)) {
-                let before = farthest.filter(|before| last(before) > last(rupture)).unwrap_or(rupture);
-                let [low, high] = [farthest.unwrap_or(rupture), rupture].map(|rupture| rupture.ft_fn_onset);
-                for sensor in last(farthest.unwrap_or(rupture)) + 1..=last(rupture) {
+                let before = farthest.unwrap_or(rupture);
+                let (low, high) = (before.ft_fn_onset, rupture.ft_fn_onset);
+                for sensor in last(before) + 1..=last(rupture) {
                     let x_over_l = x_m[sensor as usize - 1] / self.description.slider.length_m.0;
                     let (ft_fn, ft_fn_error) = ((low + high) / 2.0, (high - low).abs() / 12f64.sqrt());
                     let time_s = grid.time_s(step);
                     rows.push(Row::new(FirstReach { step, time_s, sensor, x_over_l, ft_fn, ft_fn_error }));
                     points.push([x_over_l, ft_fn]);
                 }
-                farthest = Some(before);
+                farthest = Some(if last(before) > last(rupture) { before } else { rupture });
             }
         }
         let [by_reach, tilt] = length_law(&points).map_or([None; 2], |told| told.map(Some));
@@ -197,10 +204,9 @@ impl Recording {
             let gauge = gauges.iter().position(|gauge| gauge.x_m == x_m.get(sensor).copied());
             let (Some(part), Some(gauge)) = (part, gauge) else { continue };
             let end = parts[part].sample_at(time_s) as u64 + 1;
-            let from = end.saturating_sub(SHEAR_SAMPLES);
-            let rows = ranges.rows(part, &(from..end))?;
-            let shear_n = rows.of(gauge, from..end).map(|stored| gauges[gauge].si(stored));
-            let largest_n = shear_n.fold(f64::NEG_INFINITY, f64::max);
+            let samples = end.saturating_sub(SHEAR_SAMPLES)..end;
+            let rows = ranges.rows(part, &samples)?;
+            let largest_n = rows.si(gauge, &gauges[gauge], samples).fold(f64::NEG_INFINITY, f64::max);
             ratios.extend(gauges[gauge].normal_n.map(|load| largest_n / load.0));
         }
         Ok(ratios)

@@ -72,8 +72,7 @@ const DRIVE: usize = 2;
 impl Forces<'_> {
     fn quantity(&self, which: usize, rows: &Rows<'_>, samples: &Range<u64>) -> Option<Vec<f64>> {
         let channel = self.places[which]?;
-        let stored = rows.of(channel, samples.clone());
-        Some(stored.map(|stored| self.channels[channel].si(stored)).collect())
+        Some(rows.si(channel, self.channels[channel], samples.clone()).collect())
     }
 
     /// The lines before and behind a ramp, and the samples whose normal force counts.
@@ -165,10 +164,8 @@ impl Forces<'_> {
     /// The samples that tell the loads at a time.
     pub(crate) fn near(&self, time_s: f64, side: Side) -> Request {
         let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
-        let nearest = |best: usize, part: usize| {
-            if off(&self.parts[part]) < off(&self.parts[best]) { part } else { best }
-        };
-        let part = (1..self.parts.len()).fold(0, nearest);
+        let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+        let (part, _) = nearest.expect("a stream has a part");
         let (of, ramps, width) = (&self.parts[part], &self.ramps[part], self.searches[part].width);
         let place = of.sample_at(time_s);
         let last = of.samples - 1;
@@ -215,11 +212,10 @@ impl Forces<'_> {
         let (normal_load_n, normal_error) =
             at(NORMAL).unwrap_or((self.normal_force_n.unwrap_or(1.0), Some(0.0)));
         let ratio = driving_force_n / normal_load_n;
-        let relative = |error: Option<f64>, value: f64| error.map(|error| error / value);
-        let ratio_error = relative(force_error, driving_force_n)
-            .zip(relative(normal_error, normal_load_n))
-            .map(|(force, normal)| (ratio * force.hypot(normal)).abs())
-            .filter(|error| error.is_finite());
+        let of_ratio = |(force, normal): (f64, f64)| {
+            (ratio * (force / driving_force_n).hypot(normal / normal_load_n)).abs()
+        };
+        let ratio_error = force_error.zip(normal_error).map(of_ratio).filter(|error| error.is_finite());
         Loads { driving_force_n, normal_load_n, ratio_error }
     }
 }

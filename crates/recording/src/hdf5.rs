@@ -87,13 +87,12 @@ pub(crate) fn array(file: &Hdf5File, name: &str, axis: Axis, is_matlab: bool) ->
         (true, _) => axis.turned(),
         (false, _) => axis,
     };
-    Ok(Box::new(Array { sides: sides(&sizes, axis)?, is_flat: sizes.len() == 1, axis, dataset }))
+    Ok(Box::new(Array { sides: sides(&sizes, axis)?, axis, dataset }))
 }
 
 struct Array {
     dataset: Dataset,
     sides: [(u64, u64); 2],
-    is_flat: bool,
     axis: Axis,
 }
 
@@ -121,7 +120,7 @@ impl Grid for Array {
             let count = piece.min(samples.end - from);
             let (of_samples, of_channels) = (range(from, count), range(first, across));
             let (selections, next, between) = match self.axis {
-                _ if self.is_flat => (vec![of_samples], 1, 0),
+                _ if self.dataset.ndim() == 1 => (vec![of_samples], 1, 0),
                 Axis::ChannelsFirst => (vec![of_channels, of_samples], 1, count),
                 Axis::SamplesFirst => (vec![of_samples, of_channels], across, 1),
             };

@@ -210,27 +210,22 @@ impl<'a> Sampler<'a> {
                 1.0 / every_s
             );
             if let Some(first) = stream.sensors.first() {
-                let of =
-                    |number: fn(&Channel) -> Option<f64>| stream.sensors.iter().filter_map(number).collect();
-                let (x_m, normal_n): (Vec<f64>, Vec<f64>) =
-                    (of(|sensor| sensor.x_m), of(|sensor| sensor.normal_n.map(|load| load.0)));
-                let loads =
-                    if normal_n.is_empty() { String::new() } else { format!("normal_n = {normal_n:?}\n") };
-                let (heading, sensors) = (heading(first), x_m.len());
-                text += &format!(
-                    "[[stream.array]]\n{heading}channels = \"1..{sensors}\"\nx_m = {x_m:?}\n{loads}"
-                );
+                let (heading, count, sensors) = (heading(first), stream.sensors.len(), stream.sensors.iter());
+                let x_m: Vec<f64> = sensors.clone().filter_map(|sensor| sensor.x_m).collect();
+                text += &format!("[[stream.array]]\n{heading}channels = \"1..{count}\"\nx_m = {x_m:?}\n");
+                let loads_n: Vec<f64> = sensors.filter_map(|sensor| Some(sensor.normal_n?.0)).collect();
+                if !loads_n.is_empty() {
+                    text += &format!("normal_n = {loads_n:?}\n");
+                }
             }
             for (place, channel) in (stream.sensors.len() + 1..).zip(&stream.channel) {
                 let x_m = channel.x_m.map(|x_m| format!("x_m = {x_m:?}\n")).unwrap_or_default();
                 text += &format!("[[stream.channel]]\n{}column = {place}\n{x_m}", heading(channel));
             }
-            let starts = windows().map(|window| format!("{}\n", grid.time_s(window.steps.from_step)));
             if stream.starts.is_some() {
-                files.write(
-                    &folder.join(named.clone() + ".csv"),
-                    format!("start_s\n{}", starts.collect::<String>()),
-                )?;
+                let starts = windows().map(|window| format!("{}\n", grid.time_s(window.steps.from_step)));
+                let table: String = ["start_s\n".to_owned()].into_iter().chain(starts).collect();
+                files.write(&folder.join(format!("{named}.csv")), table)?;
             }
             for (segment, window) in windows().enumerate() {
                 let file = named.clone() + &star.replace('*', &(segment + 1).to_string()) + ".npy";

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 
+use crate::description::Channel;
 use crate::error::{Place, RecordingError};
 use crate::gap::Gap;
 
@@ -114,6 +115,11 @@ impl Rows<'_> {
         let [from, to] = [samples.start, samples.end].map(|place| place.clamp(self.first, self.end()));
         self.block.row(channel, (from - self.first) as usize).take((to - from) as usize)
     }
+
+    /// The same in SI units.
+    pub(crate) fn si(&self, n: usize, channel: &Channel, samples: Range<u64>) -> impl Iterator<Item = f64> {
+        self.of(n, samples).map(|stored| channel.si(stored))
+    }
 }
 
 /// Samples of some channels, read once from front to back. Files are one source of them; an array in memory is
@@ -134,11 +140,6 @@ pub trait Samples {
         let passed = self.next(most, block);
         block.resize(before);
         passed
-    }
-
-    /// How many samples each channel has, if that is known before all have been read.
-    fn known_length(&self) -> Option<u64> {
-        None
     }
 
     /// Where a sample stands, for messages.

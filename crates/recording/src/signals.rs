@@ -4,10 +4,11 @@
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::iter;
 
+use asperity_detect::Slipped;
 use asperity_files::Spool;
-use asperity_record::{BulkRecord, Record, Rupture, SignalRecord, TraceRecord};
+use asperity_record::{BulkRecord, Record, SignalRecord, TraceRecord};
 
-use crate::description::Channel;
+use crate::description::Description;
 use crate::error::RecordingError;
 use crate::recording::{Detected, Ranges, Recording};
 
@@ -95,12 +96,13 @@ impl Recording {
         (0..samples).step_by(SignalRecord::MOST_SAMPLES as usize).map(record).collect()
     }
 
-    /// All records of the log, in order, given the ruptures that the step records show.
+    /// All records of the log, in order, until `stop` says to stop.
     pub fn records<'a>(
         &'a self,
         found: &'a mut Detected,
-        ruptures: &[Rupture],
+        stop: &'a dyn Fn() -> bool,
     ) -> impl Iterator<Item = Result<Record, RecordingError>> {
+        let ruptures = self.ruptures(found);
         let (timeline, loads, normal_load_n) = (&found.timeline, &found.loads, self.normal_load_n());
         let mut sources: Vec<Records<'a>> = vec![
             Box::new(timeline.records(loads, normal_load_n).map(|record| Ok(Record::Step(record)))),
@@ -111,12 +113,16 @@ impl Recording {
                 signals.records().map(|record| record.map(Record::Signal).map_err(RecordingError::spool)),
             ));
         }
-        if let Some(stream) = self.description.contacts.filter(|_| self.description.detection.has_traces()) {
-            sources.push(Box::new(self.traces(stream, found.window, ruptures)));
+        let Description { contacts, detection, .. } = &self.description;
+        if let Some(stream) = contacts.filter(|_| detection.traces != Some(false)) {
+            sources.push(Box::new(self.traces(stream, found.window, &ruptures)));
         }
         let mut sources: Vec<iter::Peekable<Records<'a>>> =
             sources.into_iter().map(Iterator::peekable).collect();
         iter::from_fn(move || {
+            if stop() {
+                return Some(Err(RecordingError::Interrupted));
+            }
             // The earliest, the first of equals; a failure at once.
             let step = |next: &Result<Record, RecordingError>| next.as_ref().map_or(0, Record::step);
             let first = sources.iter_mut().enumerate();
@@ -130,18 +136,19 @@ impl Recording {
         &'a self,
         stream: usize,
         window: u64,
-        ruptures: &[Rupture],
+        ruptures: &[Slipped],
     ) -> impl Iterator<Item = Result<Record, RecordingError>> + use<'a> {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let sensors = &self.description.streams[stream].sensors;
         let most = (MOST_VALUES / sensors.len()).clamp(1, SignalRecord::MOST_SAMPLES as usize);
         let (mut due, order) = (Vec::new(), self.order(stream));
-        for Rupture { rupture, onset_s, end_s, .. } in ruptures {
-            let begins = |part: &usize| surveyed.parts[*part].first_s() <= *onset_s;
+        for Slipped { rupture, onset_step, end, .. } in ruptures {
+            let onset_s = grid.time_s(*onset_step);
+            let begins = |part: &usize| surveyed.parts[*part].first_s() <= onset_s;
             let place = order.partition_point(begins).saturating_sub(1);
             let of = &surveyed.parts[order[place]];
-            let from = (of.sample_at(*onset_s).floor() as u64).saturating_sub(4 * window);
-            let to = of.sample_at(end_s.unwrap_or(f64::MAX)).ceil() as u64;
+            let from = (of.sample_at(onset_s).floor() as u64).saturating_sub(4 * window);
+            let to = end.map_or(of.samples, |(step, _)| of.sample_at(grid.time_s(step)).ceil() as u64);
             let to = to.saturating_add(4 * window + 1).min(of.samples);
             due.extend(
                 (from..to).step_by(most).map(|from| (place, from, to.min(from + most as u64), *rupture)),
@@ -152,8 +159,8 @@ impl Recording {
         due.into_iter().map(move |(place, from, to, rupture)| {
             let part = order[place];
             let rows = ranges.rows(part, &(from..to))?;
-            let of = |(n, sensor): (usize, &'a Channel)| rows.of(n, from..to).map(|stored| sensor.si(stored));
-            let values = sensors.iter().enumerate().flat_map(of).collect();
+            let of_sensors = sensors.iter().enumerate();
+            let values = of_sensors.flat_map(|(n, sensor)| rows.si(n, sensor, from..to)).collect();
             let step = grid.nearest_step(surveyed.parts[part].time_s(from as f64));
             Ok(Record::Traces(TraceRecord {
                 step,

@@ -31,18 +31,14 @@ struct Slide {
     measured: Measured,
 }
 
-/// The beginning or the end of a slide: its step, the sensor, and the number of the slide.
-type Turn = (u64, u32, u32);
-
 /// The steps of the grid that have a record.
 #[derive(Debug)]
 pub(crate) struct Timeline {
     grid: TimeGrid,
     are_slips: bool,
     slides: Vec<Slide>,
-    turns: Vec<Turn>,
-    /// Of all records.
-    steps: Vec<u64>,
+    /// By the step of each record, the numbers of the slides that begin or end there, in order of their sensors.
+    turns: BTreeMap<u64, Vec<usize>>,
 }
 
 impl Timeline {
@@ -75,54 +71,47 @@ impl Timeline {
             let measured = Measured { error_s, step: size, step_error: size_error };
             slides.push(Slide { sensor, begin, end, displacement_m, measured });
         }
-        // A switch takes effect from the next step.
-        let of_slide = |(n, slide): (u32, &Slide)| {
-            [(slide.begin - 1, slide.sensor, n), (slide.end - 1, slide.sensor, n)]
-        };
-        let mut turns: Vec<Turn> = (0..).zip(&slides).flat_map(of_slide).collect();
-        turns.sort_unstable();
-        let sampled = (1..).map(|n| grid.nearest_step(n as f64 * sample_s)).take_while(|step| *step < last);
-        let mut timeline = Timeline { grid, are_slips, slides, turns, steps: Vec::new() };
-        let mut steps: Vec<u64> = timeline.turns.iter().map(|(step, ..)| *step).collect();
-        // The first and the last step of each slip event, and the samples.
-        let mut sliding = 0_i64;
-        for turns in timeline.turns.chunk_by(|a, b| a.0 == b.0) {
-            let change = 2 * i64::from(timeline.detaching(turns)) - turns.len() as i64;
-            if sliding == 0 || sliding + change == 0 {
-                steps.push(turns[0].0 + 1);
-            }
-            sliding += change;
+        let mut turns: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+        for (n, slide) in slides.iter().enumerate() {
+            // A switch takes effect from the next step.
+            turns.entry(slide.begin - 1).or_default().push(n);
+            turns.entry(slide.end - 1).or_default().push(n);
         }
-        steps.extend(sampled.filter(|step| *step > 0).chain([last]));
-        steps.sort_unstable();
-        steps.dedup();
-        timeline.steps = steps;
+        turns.values_mut().for_each(|turns| turns.sort_unstable_by_key(|n| slides[*n].sensor));
+        let mut timeline = Timeline { grid, are_slips, slides, turns };
+        // Beside switches the first and the last step of each slip event, and the samples.
+        let (mut beside, mut sliding) = (vec![last], 0);
+        for (step, turns) in &timeline.turns {
+            let before = sliding;
+            sliding = timeline.sliding(sliding, *step, turns);
+            beside.extend((before == 0 || sliding == 0).then_some(step + 1));
+        }
+        let sampled = (1..).map(|n| grid.nearest_step(n as f64 * sample_s)).take_while(|step| *step < last);
+        for step in beside.into_iter().chain(sampled.filter(|step| *step > 0)) {
+            timeline.turns.entry(step).or_default();
+        }
         timeline
     }
 
-    /// How many sensors begin to slide.
-    fn detaching(&self, turns: &[Turn]) -> u32 {
-        turns.iter().filter(|(step, _, n)| self.slides[*n as usize].begin == step + 1).count() as u32
+    /// How many sensors slide behind a step, of so many before.
+    fn sliding(&self, before: u32, step: u64, turns: &[usize]) -> u32 {
+        let detached = self.detaching(step, turns);
+        before + detached - (turns.len() as u32 - detached)
     }
 
-    /// All records: their steps, and who turns there.
-    fn turns(&self) -> impl Iterator<Item = (u64, &[Turn])> {
-        let mut left = &self.turns[..];
-        self.steps.iter().map(move |step| {
-            let (now, later) = left.split_at(left.iter().take_while(|(at, ..)| at == step).count());
-            left = later;
-            (*step, now)
-        })
+    /// How many sensors begin to slide behind a step.
+    fn detaching(&self, step: u64, turns: &[usize]) -> u32 {
+        turns.iter().filter(|n| self.slides[**n].begin == step + 1).count() as u32
     }
 
     /// The times at which loads are wanted, with the samples that tell them, in the order of the records.
     pub(crate) fn wanted(&self) -> impl Iterator<Item = (f64, Side)> {
         let mut last: Option<(u64, Side)> = None;
-        self.turns().map(move |(step, turns)| {
+        self.turns.iter().map(move |(&step, turns)| {
             // The step behind a switch has its loads.
             let (at, side) = match last {
                 Some((before, side)) if before + 1 == step && turns.is_empty() => (before, side),
-                _ if self.detaching(turns) > 0 || turns.is_empty() => (step, Side::Before),
+                _ if self.detaching(step, turns) > 0 || turns.is_empty() => (step, Side::Before),
                 _ => (step, Side::Behind),
             };
             last = Some((step, side));
@@ -134,10 +123,8 @@ impl Timeline {
     pub(crate) fn records(&self, loads: &[Loads], normal_load_n: f64) -> impl Iterator<Item = StepRecord> {
         let without = Loads { driving_force_n: 0.0, normal_load_n, ratio_error: None };
         let mut sliding = 0;
-        self.turns().enumerate().map(move |(n, (step, turns))| {
+        self.turns.iter().enumerate().map(move |(n, (&step, turns))| {
             let loads = loads.get(n).copied().unwrap_or(without);
-            let detached = self.detaching(turns);
-            let attached = turns.len() as u32 - detached;
             let record = StepRecord {
                 step,
                 time_s: self.grid.time_s(step),
@@ -149,19 +136,19 @@ impl Timeline {
                 junctions: None,
                 peak_velocity_m_per_s: None,
                 sliding,
-                switches: turns.iter().map(|turn| self.switch(*turn)).collect(),
+                switches: turns.iter().map(|n| self.switch(step, &self.slides[*n])).collect(),
             };
-            sliding = sliding + detached - attached;
+            sliding = self.sliding(sliding, step, turns);
             record
         })
     }
 
     /// A switch of which only the time, the displacement and the step are measured; the rest is 0.
-    fn switch(&self, (step, block, n): Turn) -> Switch {
-        let Slide { begin, displacement_m, measured, .. } = self.slides[n as usize];
+    fn switch(&self, step: u64, slide: &Slide) -> Switch {
+        let Slide { sensor, begin, displacement_m, measured, .. } = *slide;
         let detaches = begin == step + 1;
         Switch {
-            block,
+            block: sensor,
             direction: if detaches { Direction::Detach } else { Direction::Attach },
             displacement_m: displacement_m + if self.are_slips && !detaches { measured.step } else { 0.0 },
             velocity_m_per_s: 0.0,

@@ -132,10 +132,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             }
             let part = |(file, start_s): (usize, f64)| {
                 let mut samples = folder.open(stream, &files[file], &columns)?;
-                let all = match samples.known_length() {
-                    Some(length) => length,
-                    None => count(samples.as_mut(), columns.len())?,
-                };
+                let all = count(samples.as_mut(), columns.len())?;
                 if all == 0 {
                     let file = folder.shown(&files[file]);
                     return Err(InputFault::new(&file, Place::File, "no samples", "four windows").into());
@@ -176,11 +173,11 @@ impl Time {
     }
 }
 
+/// How many samples there are: arrays pass over them, tables have to be read.
 fn count(samples: &mut dyn Samples, channels: usize) -> Result<u64, RecordingError> {
     let (mut all, mut block): (u64, Block) = (0, Block::new(channels));
     loop {
-        block.resize(0);
-        match samples.next(BLOCK, &mut block)? {
+        match samples.skip(BLOCK, &mut block)? {
             0 => return Ok(all),
             some => all += some as u64,
         }

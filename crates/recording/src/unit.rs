@@ -21,15 +21,8 @@ pub enum Quantity {
 
 impl Quantity {
     /// Its name in messages.
-    pub fn words(self) -> &'static str {
-        match self {
-            Quantity::Length => "a length",
-            Quantity::Force => "a force",
-            Quantity::Time => "a time",
-            Quantity::Stress => "a stress",
-            Quantity::Ratio => "a ratio",
-            Quantity::Voltage => "a voltage",
-        }
+    pub fn words(self) -> String {
+        format!("a {self:?}").to_lowercase()
     }
 }
 

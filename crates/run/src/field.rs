@@ -193,7 +193,7 @@ fn compute(
 }
 
 /// Takes the steps of a logged run once more, from its beginning, and passes other records to an observer than the log
-/// has: those that `recording` names. It ends where the observer is done, or the caller stops it.
+/// has: those that `recording` names.
 ///
 /// # Errors
 /// If the log cannot be read, is of another code version, or its scenario is of another run; if the solver stops before
@@ -208,9 +208,7 @@ pub fn record_again(
     let header = reader.header().clone();
     let (_, plan) = states::resolve(&header, &reader)?;
     let mut solver = states::kind(&header).start(Plan { recording, ..plan });
-    while !observer.is_done()
-        && let Some(record) = states::next(&mut *solver, stop)?
-    {
+    while let Some(record) = states::next(&mut *solver, stop)? {
         observer.record(&record);
     }
     Ok(())

@@ -76,7 +76,7 @@ pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::OtherRun;
 pub use nodes::Nodes;
 pub use open_log::{OpenLog, Reading, Unread, read_once};
-pub use recorded::{Recorded, ruptures};
+pub use recorded::Recorded;
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, Derived, Outcome, RunError, Task, Threads, run};

@@ -181,7 +181,7 @@ impl<'a> Log<'a> {
     }
 }
 
-fn write(writer: &mut RunWriter, item: &Item) -> Result<(), WriteError> {
+pub(crate) fn write(writer: &mut RunWriter, item: &Item) -> Result<(), WriteError> {
     match item {
         Item::Record(record) => writer.record(record),
         Item::Event(event) => writer.event(event),

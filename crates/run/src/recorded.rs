@@ -2,19 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::iter::Peekable;
+use std::iter;
 use std::path::Path;
-use std::vec::IntoIter;
 
 use asperity_record::{
-    Event, EventKind, EventPayload, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus,
+    Event, EventPayload, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus, SolverReport, TimeGrid,
 };
-use asperity_record::{Rupture, SolverReport, StepRecord, TimeGrid};
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
 use crate::check::{CheckProblem, Checked};
-use crate::detectors::Settings;
+use crate::detectors::{Settings, event_kinds};
 use crate::header::{RECORDING_CODE_VERSION, is_ours, run_id};
+use crate::log::write;
 use crate::open_log::OpenLog;
 use crate::self_check::SelfCheckProblem;
 use crate::stream::{Item, StreamError, run_in_turn};
@@ -33,16 +32,6 @@ pub struct Recorded {
     pub drops: Vec<LoadDrop>,
 }
 
-/// The ruptures that step records of a recording show, numbered as in its log.
-pub fn ruptures(header: &RunHeader, steps: impl Iterator<Item = StepRecord>) -> Vec<Rupture> {
-    let mut found = Vec::new();
-    let mut emit = |event: Event| found.extend(event.get::<Rupture>().cloned());
-    let mut detectors = Settings::default().start(header, None);
-    steps.for_each(|step| detectors.observe(&Record::Step(step), &mut emit));
-    detectors.finish(&mut emit);
-    found
-}
-
 impl Recorded {
     /// Writes the log with these records, in order.
     ///
@@ -57,20 +46,12 @@ impl Recorded {
         let sink = StreamError::Sink;
         let header = self.header();
         let detectors = Settings::default().start(&header, None);
-        let kinds: Vec<EventKind> = detectors.kinds().chain([EventKind::of::<LoadDrop>()]).collect();
+        let kinds = event_kinds(header.parts());
         let mut writer =
             RunWriter::create(path, existing, &header, &self.toml, &kinds, Content::Text).map_err(sink)?;
         writer.inputs(self.inputs).map_err(sink)?;
-        let mut given = InOrder::of(header.time_grid(), self.drops, records);
-        let written = run_in_turn(
-            || given.next(),
-            detectors,
-            |item| match item {
-                Item::Record(record) => writer.record(&record),
-                Item::Event(event) => writer.event(&event),
-                Item::Checkpoint(_) => Ok(()),
-            },
-        );
+        let mut given = in_order(header.time_grid(), self.drops, records);
+        let written = run_in_turn(|| given.next().transpose(), detectors, |item| write(&mut writer, &item));
         match written {
             Ok(()) => writer.finish(RunStatus::Complete, SolverReport::default()).map_err(sink),
             Err(error) => {
@@ -92,11 +73,12 @@ impl Recorded {
         }
         let differs = (self.inputs != *log.reader.inputs() || header != *log.header())
             .then(|| (0, "is of other files, or has another header".to_owned()));
-        let given = InOrder::of(header.time_grid(), self.drops, records);
-        let mut again = Again { given, differs };
+        let given = in_order(header.time_grid(), self.drops, records);
+        let mut again = Again { given, step: 0, differs };
         let mut checked = log.check(&mut again);
         if checked.verdict == Verdict::Whole {
-            again.compare(header.steps, None);
+            again.step = header.steps;
+            again.compare(None);
             if let Some((step, what)) = again.differs {
                 checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::rerun(step, &what)));
                 checked.verdict = Verdict::Damaged;
@@ -113,62 +95,57 @@ impl Recorded {
 }
 
 /// Records with load drops among them, each behind the record of its end.
-struct InOrder<E, R: Iterator<Item = Result<Record, E>>> {
+fn in_order<E>(
     grid: TimeGrid,
-    drops: Peekable<IntoIter<LoadDrop>>,
-    records: Peekable<R>,
-    last: Option<u64>,
-}
-
-impl<E, R: Iterator<Item = Result<Record, E>>> InOrder<E, R> {
-    fn of(grid: TimeGrid, drops: Vec<LoadDrop>, records: R) -> InOrder<E, R> {
-        InOrder { grid, drops: drops.into_iter().peekable(), records: records.peekable(), last: None }
-    }
-
-    fn next(&mut self) -> Result<Option<Item>, E> {
-        let is_over = self.records.peek().is_none();
-        let InOrder { grid, last, .. } = self;
-        let is_due = |drop: &LoadDrop| is_over || *last >= Some(grid.nearest_step(drop.end_s));
-        if let Some(drop) = self.drops.next_if(is_due) {
-            return Ok(Some(Item::Event(Event::new(drop))));
+    drops: Vec<LoadDrop>,
+    records: impl Iterator<Item = Result<Record, E>>,
+) -> impl Iterator<Item = Result<Item, E>> {
+    let (mut drops, mut records, mut last) = (drops.into_iter().peekable(), records.peekable(), None);
+    iter::from_fn(move || {
+        let is_over = records.peek().is_none();
+        let is_due = |drop: &LoadDrop| is_over || last >= Some(grid.nearest_step(drop.end_s));
+        if let Some(drop) = drops.next_if(is_due) {
+            return Some(Ok(Item::Event(Event::new(drop))));
         }
-        let next = self.records.next().transpose()?;
-        self.last = next.as_ref().map(Record::step);
-        Ok(next.map(Item::Record))
-    }
+        let next = records.next()?;
+        last = next.as_ref().ok().map(Record::step);
+        Some(next.map(Item::Record))
+    })
 }
 
 /// Compares what a log has with what its recording gives again.
-struct Again<E, R: Iterator<Item = Result<Record, E>>> {
-    given: InOrder<E, R>,
+struct Again<G> {
+    given: G,
+    /// The step of the last record.
+    step: u64,
     /// The first step that differs, and how.
     differs: Option<(u64, String)>,
 }
 
-impl<E: fmt::Display, R: Iterator<Item = Result<Record, E>>> Again<E, R> {
-    fn compare(&mut self, step: u64, logged: Option<Item>) {
+impl<E: fmt::Display, G: Iterator<Item = Result<Item, E>>> Again<G> {
+    fn compare(&mut self, logged: Option<Item>) {
         if self.differs.is_some() {
             return;
         }
-        let what = match self.given.next() {
+        let what = match self.given.next().transpose() {
             Ok(given) if given == logged => return,
             Ok(Some(_)) if logged.is_none() => "gives an additional record".to_owned(),
             Ok(_) => "gives another record".to_owned(),
             Err(error) => format!("ends: {error}"),
         };
-        self.differs = Some((step, what));
+        self.differs = Some((self.step, what));
     }
 }
 
-impl<E: fmt::Display, R: Iterator<Item = Result<Record, E>>> Observer for Again<E, R> {
+impl<E: fmt::Display, G: Iterator<Item = Result<Item, E>>> Observer for Again<G> {
     fn record(&mut self, record: &Record) {
-        self.compare(record.step(), Some(Item::Record(record.clone())));
+        self.step = record.step();
+        self.compare(Some(Item::Record(record.clone())));
     }
 
     fn event(&mut self, event: &Event) {
         if event.topic() == LoadDrop::TOPIC {
-            let step = self.given.last.unwrap_or_default();
-            self.compare(step, Some(Item::Event(event.clone())));
+            self.compare(Some(Item::Event(event.clone())));
         }
     }
 }

@@ -5,7 +5,8 @@ use mcap::records::MessageHeader;
 
 use asperity_record::{
     Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
-    Onset, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, WindowRecord, magnitude,
+    Onset, Record, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord, WindowRecord,
+    magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -178,7 +179,7 @@ pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), L
 ///
 /// # Errors
 /// If an array does not have one value per block, or is not of such a run.
-pub(crate) fn fields(header: &RunHeader, record: &FieldRecord) -> Result<(), LogProblem> {
+fn fields(header: &RunHeader, record: &FieldRecord) -> Result<(), LogProblem> {
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let across = if header.parts().area { blocks } else { 0 };
@@ -240,7 +241,7 @@ fn length(step: u64, key: &str, found: usize, expected: usize) -> LogProblem {
 ///
 /// # Errors
 /// If the slider does not have these blocks, or the arrays differ in length, or are not of such a run.
-pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), LogProblem> {
+fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), LogProblem> {
     let (step, blocks) = (record.step, header.blocks);
     let count = record.displacement_m.len();
     let across = if header.parts().area { count } else { 0 };
@@ -265,10 +266,7 @@ pub(crate) fn window(header: &RunHeader, record: &WindowRecord) -> Result<(), Lo
 }
 
 /// Checks so many samples of a recording, and the lengths of their arrays: key, found and expected.
-///
-/// # Errors
-/// If the run is no recording, there are no samples or too many, or an array has another length.
-pub(crate) fn samples(
+fn samples(
     header: &RunHeader,
     step: u64,
     samples: u32,
@@ -281,6 +279,28 @@ pub(crate) fn samples(
     match lengths.into_iter().find(|(_, found, expected)| found != expected) {
         Some((key, found, expected)) => Err(length(step, key, found, expected)),
         None => Ok(()),
+    }
+}
+
+/// Checks a record of one message, by itself.
+///
+/// # Errors
+/// If it cannot be of that run.
+pub(crate) fn record(header: &RunHeader, record: &Record) -> Result<(), LogProblem> {
+    match record {
+        Record::Fields(record) => fields(header, record),
+        Record::Window(record) => window(header, record),
+        Record::Signal(SignalRecord { step, samples, least, mean, largest, .. }) => {
+            let lengths = [("least", least.len(), mean.len()), ("largest", largest.len(), mean.len())];
+            self::samples(header, *step, *samples, lengths)
+        }
+        Record::Traces(TraceRecord { step, samples, sensors, values, .. }) => {
+            let [sensors, blocks] = [*sensors, header.blocks].map(|count| count as usize);
+            let expected = blocks * *samples as usize;
+            let lengths = [("sensors", sensors, blocks), ("values", values.len(), expected)];
+            self::samples(header, *step, *samples, lengths)
+        }
+        Record::Step(_) | Record::Row(_) => Ok(()),
     }
 }
 

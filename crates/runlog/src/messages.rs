@@ -29,8 +29,7 @@ use crate::{agree, descriptor};
 pub(crate) enum Message {
     Step(StepMessage),
     Switch(SwitchMessage),
-    Fields(Box<FieldRecord>),
-    /// Any other record.
+    /// A record of one message.
     Record(Record),
     Event(Event),
 }
@@ -46,62 +45,32 @@ impl Message {
         head: &MessageHeader,
         data: &[u8],
     ) -> Result<Message, LogProblem> {
-        let timed = |step| agree::time(header, topic, step, head);
-        Ok(match topic {
-            STEP => {
-                let message: StepMessage = decode(topic, head, data)?;
-                timed(message.step)?;
-                agree::step(header, &message)?;
-                Message::Step(message)
-            }
-            SWITCH => {
-                let message: SwitchMessage = decode(topic, head, data)?;
-                timed(message.step)?;
-                agree::parts_of_switch(header, &message)?;
-                Message::Switch(message)
-            }
-            FIELDS => {
-                let record: FieldRecord = decode_bulk(topic, head, data)?;
-                timed(record.step)?;
-                agree::fields(header, &record)?;
-                Message::Fields(Box::new(record))
-            }
-            WINDOW => {
-                let record: WindowRecord = decode_bulk(topic, head, data)?;
-                timed(record.step)?;
-                agree::window(header, &record)?;
-                Message::Record(Record::Window(record))
-            }
-            SIGNAL => {
-                let record: SignalRecord = decode_bulk(topic, head, data)?;
-                timed(record.step)?;
-                let SignalRecord { least, mean, largest, .. } = &record;
-                let lengths = [("least", least.len(), mean.len()), ("largest", largest.len(), mean.len())];
-                agree::samples(header, record.step, record.samples, lengths)?;
-                Message::Record(Record::Signal(record))
-            }
-            TRACES => {
-                let record: TraceRecord = decode_bulk(topic, head, data)?;
-                timed(record.step)?;
-                let [sensors, blocks] = [record.sensors, header.blocks].map(|count| count as usize);
-                let values = blocks * record.samples as usize;
-                let lengths = [("sensors", sensors, blocks), ("values", record.values.len(), values)];
-                agree::samples(header, record.step, record.samples, lengths)?;
-                Message::Record(Record::Traces(record))
-            }
+        let message = match topic {
+            STEP => Message::Step(decode(topic, head, data)?),
+            SWITCH => Message::Switch(decode(topic, head, data)?),
+            FIELDS => Message::Record(Record::Fields(Box::new(decode_bulk(topic, head, data)?))),
+            WINDOW => Message::Record(Record::Window(decode_bulk(topic, head, data)?)),
+            SIGNAL => Message::Record(Record::Signal(decode_bulk(topic, head, data)?)),
+            TRACES => Message::Record(Record::Traces(decode_bulk(topic, head, data)?)),
             _ => {
                 let text = std::str::from_utf8(data).map_err(serde_json::Error::custom);
                 let message = text.and_then(|payload| match RowKind::with(topic) {
                     Some(row) => (row.read)(payload).map(|row| Message::Record(Record::Row(row))),
                     None => agree::event(topic, payload, header).map(Message::Event),
                 });
-                let message = message.map_err(|error| unreadable(topic, head, error))?;
-                if let Some(step) = message.step() {
-                    timed(step)?;
-                }
-                message
+                message.map_err(|error| unreadable(topic, head, error))?
             }
-        })
+        };
+        if let Some(step) = message.step() {
+            agree::time(header, topic, step, head)?;
+        }
+        match &message {
+            Message::Step(step) => agree::step(header, step)?,
+            Message::Switch(switch) => agree::parts_of_switch(header, switch)?,
+            Message::Record(record) => agree::record(header, record)?,
+            Message::Event(_) => {}
+        }
+        Ok(message)
     }
 
     /// Its step; none of an event.
@@ -109,7 +78,6 @@ impl Message {
         match self {
             Message::Step(message) => Some(message.step),
             Message::Switch(message) => Some(message.step),
-            Message::Fields(record) => Some(record.step),
             Message::Record(record) => Some(record.step()),
             Message::Event(_) => None,
         }

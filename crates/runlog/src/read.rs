@@ -468,14 +468,13 @@ impl RunReader {
                 }
             }
             Message::Switch(message) => self.switch(message, is_known)?,
-            Message::Fields(record) => {
-                if steps && is_known {
-                    agree::detached(&record, &self.detached)?;
-                }
-                self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Fields(record)));
-            }
             Message::Record(record) => {
+                if let Record::Fields(record) = &record
+                    && steps
+                    && is_known
+                {
+                    agree::detached(record, &self.detached)?;
+                }
                 self.record_step = record.step();
                 self.ready.push_back(LogItem::Record(record));
             }

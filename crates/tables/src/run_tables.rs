@@ -206,7 +206,7 @@ impl RunTables {
             Record::Row(row) => self.take_event(&row.values)?,
             Record::Signal(record) => {
                 if let Some(table) = self.table(SIGNAL, record.time_s) {
-                    rows::signal(table, record).map_err(|ragged| ragged.to_string())?;
+                    rows::signal(table, record)?;
                 }
             }
             Record::Traces(record) => {

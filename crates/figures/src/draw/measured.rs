@@ -14,7 +14,12 @@ impl Sheet {
     pub(super) fn with_measured(mut self, measured: Option<&Measured>) -> Sheet {
         let Some((measured, first)) = measured.zip(self.panels.first()) else { return self };
         let (x, y) = (first.x.clone(), first.y.clone());
-        let layers = measured.layers([&x, &y]);
+        // Bars of errors, and marks with a row in the legend.
+        let marks = measured.points.iter().map(|[x, y]| (x[0], y[0])).collect();
+        let layers = [
+            Layer::bars(&measured.points, [&x, &y], PURPLE),
+            Layer::marks(&measured.label, marks, Marker::Diamond, PURPLE),
+        ];
         let points = || layers.iter().flat_map(Layer::points);
         for panel in &mut self.panels {
             panel.x = panel.x.clone().holding(points().map(|point| point.0));
@@ -24,14 +29,6 @@ impl Sheet {
             }
         }
         self
-    }
-}
-
-impl Measured {
-    /// Bars of errors, and marks with a row in the legend.
-    fn layers(&self, scales: [&Scale; 2]) -> [Layer; 2] {
-        let marks = self.points.iter().map(|[x, y]| (x[0], y[0])).collect();
-        [Layer::bars(&self.points, scales, PURPLE), Layer::marks(&self.label, marks, Marker::Diamond, PURPLE)]
     }
 }
 

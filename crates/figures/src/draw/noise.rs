@@ -26,12 +26,12 @@ impl Figure for Noise {
         }
         let steps = run.arrivals()?.iter().filter_map(|of| Some((of.x_m? * 1e3, of.step?.abs())));
         let mut layers = vec![Layer::discs("steps", steps.collect(), 3.5, GREY)];
-        for is_noise in [false, true] {
-            let (label, marker, colour) = match is_noise {
-                true => ("noise σ", Marker::Circle, INK),
-                false => ("least step that counts", Marker::Triangle, BLUE),
-            };
-            let value = |sigma: f64| if is_noise { sigma } else { sensors.least_step(sigma) };
+        let least = |sigma: f64| sensors.least_step(sigma);
+        let shown: [(_, _, _, &dyn Fn(f64) -> f64); 2] = [
+            ("least step that counts", Marker::Triangle, BLUE, &least),
+            ("noise σ", Marker::Circle, INK, &|sigma| sigma),
+        ];
+        for (label, marker, colour, value) in shown {
             let (mut medians, mut halves) = (Vec::new(), Vec::new());
             for (sensor, sigmas) in &mut of_sensors {
                 let Some(x_mm) = sensors.x_m(*sensor).map(|x_m| x_m * 1e3) else { continue };

@@ -7,7 +7,6 @@ mod attack;
 mod bench;
 mod ci;
 mod clients;
-mod convergence;
 mod cpu;
 mod diff_events;
 mod fuzz;
@@ -52,8 +51,6 @@ enum Command {
     /// The same for all pipelines.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
-    /// Tabulate how the numbers of a run change with the time step and the number of blocks.
-    Convergence(convergence::ConvergenceArguments),
     #[command(
         about = "Run the tests.",
         after_help = "\
@@ -121,7 +118,6 @@ fn main() -> ExitCode {
         Command::ReproduceChapter5(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER5]),
         Command::Reproduce(arguments) => arguments.run(),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
-        Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(Further { further }) => test::command(&further),
         Command::Python(Further { further }) => python::command(&further),
         Command::Verify(arguments) => verify::command(&arguments),

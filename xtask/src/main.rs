@@ -21,7 +21,6 @@ mod python;
 mod reproduce;
 mod revision;
 mod say;
-mod seed;
 mod test;
 mod verify;
 mod workspace;

@@ -14,7 +14,7 @@ use asperity_tables::format::DAMAGED;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
-use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, name_of};
+use asperity_tables::{Export, ExportError, Format, Ran, Report, Request, name_of};
 use clap::{Args, ValueEnum};
 
 use crate::exit::{self, Code, Failure};
@@ -210,17 +210,7 @@ fn export_one(
     while let Some(state) =
         nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
     {
-        let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = &state;
-        let counts = [lattice.columns, lattice.lanes, lattice.rows];
-        let rows = NodeRows {
-            step: *step,
-            time_s: *time_s,
-            counts,
-            axes: lattice.table.axes,
-            displacement_m,
-            velocity_m_per_s,
-        };
-        export.nodes(&rows).map_err(failure)?;
+        export.nodes(&state).map_err(failure)?;
     }
     let problem = checked.problem.as_ref().map(ToString::to_string);
     let Report { files, ran, left_out } = export.finish(checked.verdict.word(), problem).map_err(failure)?;

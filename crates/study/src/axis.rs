@@ -234,10 +234,7 @@ pub(crate) fn column(key: &Key) -> Column {
         kind,
         unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
         about: key.doc.into(),
-        only: None,
-        over_area: None,
-        role: None,
-        is_optional: false,
+        ..Column::new("", ColumnKind::Word, "")
     }
 }
 

@@ -32,6 +32,7 @@ pub struct Chosen {
 }
 
 /// The tables of a run.
+#[derive(Default)]
 pub struct RunTables {
     chosen: Chosen,
     /// What the run has.
@@ -107,18 +108,7 @@ impl RunTables {
         for column in tables.iter_mut().flat_map(|table| &mut table.columns) {
             *column = column.clone().in_run(of_run);
         }
-        Ok(RunTables {
-            chosen,
-            of_run,
-            tables,
-            events,
-            parts: None,
-            state_parts: None,
-            last_step: 0,
-            last_s: 0.0,
-            left_out: BTreeMap::new(),
-            problem: None,
-        })
+        Ok(RunTables { chosen, of_run, tables, events, ..RunTables::default() })
     }
 
     /// The tables, in the order of topics in which they are exported.

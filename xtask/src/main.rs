@@ -13,7 +13,6 @@ mod fuzz;
 mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
-mod nightly;
 mod notices;
 #[path = "../../tests/support/pairs.rs"]
 mod pairs;
@@ -102,7 +101,14 @@ Examples:
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
     /// Run the ignored tests, and all attacks with a new seed.
-    Nightly(nightly::NightlyArguments),
+    #[command(after_help = "\
+Examples:
+  cargo xtask nightly
+  ASPERITY_NO_SKIPS=1 cargo xtask nightly
+
+Runs all tests that are ignored otherwise, those in modules named in_ci among
+them, and then all attacks with a new seed, which is printed.")]
+    Nightly,
 }
 
 #[derive(Debug, Args)]
@@ -128,7 +134,7 @@ fn main() -> ExitCode {
         Command::Gallery => test::of_command("gallery::", &[("UPDATE_EXPECT", "1".to_owned())]),
         Command::Notices => notices::write(),
         Command::Ci(arguments) => ci::command(&arguments),
-        Command::Nightly(arguments) => nightly::command(&arguments),
+        Command::Nightly => test::ignored(None).and_then(|()| attack::command(&[])),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

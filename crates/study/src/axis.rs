@@ -214,11 +214,6 @@ impl Axis {
         };
         study_figures::Axis { keys: (0..self.keys.len()).map(key).collect(), joined: self.joined }
     }
-
-    /// Its columns in a table.
-    pub fn columns(&self) -> impl Iterator<Item = Column> {
-        self.keys.iter().map(|key| column(key))
-    }
 }
 
 /// The column of a key in the tables of a study.

@@ -107,7 +107,6 @@ mod support {
     pub(crate) mod parquet;
     pub(crate) mod pipelines;
     pub(crate) mod schemas;
-    #[path = "../../xtask/src/seed.rs"]
     pub(crate) mod seed;
     pub(crate) mod small;
     pub(crate) mod svg;

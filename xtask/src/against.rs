@@ -6,26 +6,15 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::bench::BenchArguments;
 use crate::cpu;
 use crate::revision::Revision;
 use crate::say::say;
 use crate::workspace::{Failure, emptied, io, not_started, program, target_folder};
-
-/// The parts to measure.
-pub(crate) struct Task<'a> {
-    /// The older revision.
-    pub(crate) revision: &'a str,
-    pub(crate) pairs: NonZeroUsize,
-    /// By how much a median may differ, as a share.
-    pub(crate) within: f64,
-    /// Names of parts; all of them if there are none.
-    pub(crate) parts: &'a [String],
-}
 
 /// A command that both revisions run, by its name: LOG is there, OUT is not.
 type Part = (&'static str, &'static [&'static str]);
@@ -57,17 +46,18 @@ struct Side {
     log: PathBuf,
 }
 
-pub(crate) fn command(task: &Task<'_>) -> Result<(), Failure> {
-    let is_within = compare(task).map_err(Failure::of_comparison)?;
+/// Compares the older revision with this checkout.
+pub(crate) fn command(revision: &str, arguments: &BenchArguments) -> Result<(), Failure> {
+    let is_within = compare(revision, arguments).map_err(Failure::of_comparison)?;
     if is_within { Ok(()) } else { Err(Failure::Exit { program: "bench".to_owned(), code: 1 }) }
 }
 
-fn compare(task: &Task<'_>) -> Result<bool, Failure> {
-    let parts = parts(task.parts)?;
+fn compare(revision: &str, arguments: &BenchArguments) -> Result<bool, Failure> {
+    let parts = parts(&arguments.parts)?;
     let folder = target_folder().join("bench-against");
     emptied(&folder)?;
     let mut sides = Vec::new();
-    for (name, revision) in [("old", Revision::of(task.revision)?), ("new", Revision::checkout()?)] {
+    for (name, revision) in [("old", Revision::of(revision)?), ("new", Revision::checkout()?)] {
         say!("==> {name}: {}", revision.title);
         let built = revision.asperity()?;
         // A copy, which builds in the meantime do not change.
@@ -80,7 +70,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     }
     let mut results = Vec::new();
     for part in parts {
-        say!("==> {}: {} pairs", part.0, task.pairs);
+        say!("==> {}: {} pairs", part.0, arguments.pairs);
         let out = folder.join("out");
         let once = |side: usize| {
             let times = run_once(&sides[side], part, &out)?;
@@ -94,7 +84,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
         once(0)?;
         once(1)?;
         let mut pairs = Vec::new();
-        for number in 0..task.pairs.get() {
+        for number in 0..arguments.pairs.get() {
             let mut pair = [Times::default(); 2];
             for side in order(number) {
                 pair[side] = once(side)?;
@@ -103,7 +93,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
         }
         results.push((part.0, Compared::of(&pairs)));
     }
-    report(&results, task).map_err(io("write to", Path::new("stdout")))
+    report(&results, arguments.within).map_err(io("write to", Path::new("stdout")))
 }
 
 /// Which side runs first in a pair, and which second: 0 is the old one.
@@ -192,7 +182,7 @@ fn is_within(ratio: f64, share: f64) -> bool {
 }
 
 /// Prints the table and the verdict, and returns whether all medians are within the limit.
-fn report(results: &[(&str, Compared)], task: &Task<'_>) -> io::Result<bool> {
+fn report(results: &[(&str, Compared)], within: f64) -> io::Result<bool> {
     let mut out = io::stdout().lock();
     writeln!(out, "| part | old, CPU s | CPU time, new/old | quartiles | wall time, new/old | quartiles |")?;
     writeln!(out, "|---|---|---|---|---|---|")?;
@@ -201,10 +191,10 @@ fn report(results: &[(&str, Compared)], task: &Task<'_>) -> io::Result<bool> {
             [cpu, wall].map(|[lower, median, upper]| format!("{median:.3} | {lower:.3} to {upper:.3}"));
         writeln!(out, "| {name} | {old_cpu_s:.3} | {cpu} | {wall} |")?;
     }
-    let percent = 100.0 * task.within;
+    let percent = 100.0 * within;
     let mut all_within = true;
     for (name, Compared { cpu: [_, median, _], .. }) in results {
-        if !is_within(*median, task.within) {
+        if !is_within(*median, within) {
             all_within = false;
             let word = if *median > 1.0 { "slower" } else { "faster" };
             writeln!(out, "{name}: the new side is {word} by more than {percent} % of CPU time")?;

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use clap::Args;
 
-use crate::against::{self, Task};
+use crate::against;
 use crate::workspace::{Failure, asperity, cargo, run};
 
 #[derive(Debug, Args)]
@@ -53,16 +53,16 @@ Exit codes of --against:
 pub(crate) struct BenchArguments {
     /// What to measure [default: everything].
     #[arg(value_name = "PART")]
-    parts: Vec<String>,
+    pub(crate) parts: Vec<String>,
     /// Compare with this revision: a commit, a tag, a branch, HEAD~3.
     #[arg(long, value_name = "REV")]
     against: Option<String>,
     /// How many times both revisions run each part.
     #[arg(long, value_name = "N", default_value = "20", requires = "against")]
-    pairs: NonZeroUsize,
+    pub(crate) pairs: NonZeroUsize,
     /// Largest accepted difference of a median, as a share of the time.
     #[arg(long, value_name = "SHARE", default_value = "0.03", requires = "against", value_parser = share)]
-    within: f64,
+    pub(crate) within: f64,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -75,9 +75,10 @@ fn share(text: &str) -> Result<f64, String> {
 pub(crate) fn command(arguments: &BenchArguments) -> Result<(), Failure> {
     const BENCH: [&str; 8] =
         ["bench", "--profile", "dev", "--package", "asperity-cli", "--bench", "speed", "--locked"];
-    let &BenchArguments { ref parts, ref against, pairs, within } = arguments;
-    match against {
-        Some(revision) => against::command(&Task { revision, pairs, within, parts }),
-        None => run(cargo(&BENCH).env("ASPERITY", asperity()?.get_program()).arg("--").args(parts)),
+    match &arguments.against {
+        Some(revision) => against::command(revision, arguments),
+        None => {
+            run(cargo(&BENCH).env("ASPERITY", asperity()?.get_program()).arg("--").args(&arguments.parts))
+        }
     }
 }

@@ -7,14 +7,12 @@ mod attack;
 mod bench;
 mod ci;
 mod clients;
-mod convergence;
 mod cpu;
 mod diff_events;
 mod fuzz;
 mod golden;
 #[path = "../../tests/support/golden.rs"]
 mod golden_tables;
-mod nightly;
 mod notices;
 #[path = "../../tests/support/pairs.rs"]
 mod pairs;
@@ -22,7 +20,6 @@ mod python;
 mod reproduce;
 mod revision;
 mod say;
-mod seed;
 mod test;
 mod verify;
 mod workspace;
@@ -52,8 +49,6 @@ enum Command {
     /// The same for all pipelines.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
-    /// Tabulate how the numbers of a run change with the time step and the number of blocks.
-    Convergence(convergence::ConvergenceArguments),
     #[command(
         about = "Run the tests.",
         after_help = "\
@@ -106,7 +101,14 @@ Examples:
     /// Run all checks that a change must pass.
     Ci(ci::CiArguments),
     /// Run the ignored tests, and all attacks with a new seed.
-    Nightly(nightly::NightlyArguments),
+    #[command(after_help = "\
+Examples:
+  cargo xtask nightly
+  ASPERITY_NO_SKIPS=1 cargo xtask nightly
+
+Runs all tests that are ignored otherwise, those in modules named in_ci among
+them, and then all attacks with a new seed, which is printed.")]
+    Nightly,
 }
 
 #[derive(Debug, Args)]
@@ -121,7 +123,6 @@ fn main() -> ExitCode {
         Command::ReproduceChapter5(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER5]),
         Command::Reproduce(arguments) => arguments.run(),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
-        Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(Further { further }) => test::command(&further),
         Command::Python(Further { further }) => python::command(&further),
         Command::Verify(arguments) => verify::command(&arguments),
@@ -133,7 +134,7 @@ fn main() -> ExitCode {
         Command::Gallery => test::of_command("gallery::", &[("UPDATE_EXPECT", "1".to_owned())]),
         Command::Notices => notices::write(),
         Command::Ci(arguments) => ci::command(&arguments),
-        Command::Nightly(arguments) => nightly::command(&arguments),
+        Command::Nightly => test::ignored(None).and_then(|()| attack::command(&[])),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

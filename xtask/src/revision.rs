@@ -1,5 +1,6 @@
 //! Builds the `asperity` command of another revision from an archive of its sources: git's checkout, index and branches
-//! are not touched. The command of a commit is kept under `target/diff-events`, since a commit does not change.
+//! are not touched. The command of a commit is kept under `target/diff-events`, since a commit does not change, and so are
+//! the libraries of others, which nearly all revisions share.
 
 use std::env;
 use std::fs::{self, File};
@@ -8,7 +9,6 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use crate::say::say;
-use crate::seed;
 use crate::workspace::{Failure, asperity, cargo, emptied, io, not_started, program, run, target_folder};
 
 /// Variables inherited from a hook or an alias of git that would redirect its commands.
@@ -77,11 +77,12 @@ impl Revision {
         if self.is_checkout {
             return Ok(asperity()?.get_program().into());
         }
-        let folder = target_folder().join("diff-events").join(&self.name);
+        let all = target_folder().join("diff-events");
+        let folder = all.join(&self.name);
         let failed = io("write into", &folder);
         fs::create_dir_all(&folder).map_err(&failed)?;
-        // Two calls at once would build in each other's sources. The lock goes with the file.
-        let lock = File::create(folder.join("lock")).map_err(&failed)?;
+        // Two calls at once would take each other's command. The lock goes with the file.
+        let lock = File::create(all.join("lock")).map_err(&failed)?;
         lock.lock().map_err(&failed)?;
         let name = format!("asperity{}", env::consts::EXE_SUFFIX);
         let binary = folder.join(&name);
@@ -91,12 +92,12 @@ impl Revision {
         }
         say!("==> {}: building", self.title);
         let started = Instant::now();
-        let [sources, target, archive] = ["sources", "target", "sources.tar"].map(|name| folder.join(name));
+        let [sources, target, archive] = ["sources", "target", "sources.tar"].map(|name| all.join(name));
         emptied(&sources)?;
         let mut packing = git_command(&["archive", "--format=tar", &self.id, "--output"]);
         run(packing.arg(&archive))?;
-        run(program("tar").arg("-xf").arg(&archive).arg("-C").arg(&sources))?;
-        seed::dependencies(&target_folder().join("debug"), &target.join("debug")).map_err(&failed)?;
+        // As files of now: cargo takes older ones for those that it compiled last.
+        run(program("tar").arg("-xmf").arg(&archive).arg("-C").arg(&sources))?;
         let cargo = |arguments: &[&str]| {
             let mut cargo = cargo(arguments);
             cargo.args(["--locked", "--package", PACKAGE]);
@@ -120,7 +121,6 @@ impl Revision {
             .and_then(|_bytes| fs::rename(&partial, &binary))
             .and_then(|()| fs::remove_file(&archive))
             .and_then(|()| fs::remove_dir_all(&sources))
-            .and_then(|()| fs::remove_dir_all(&target))
             .map_err(failed)?;
         say!("==> {}: built in {:.0} s", self.title, started.elapsed().as_secs_f64());
         Ok(binary)

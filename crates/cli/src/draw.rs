@@ -178,9 +178,8 @@ fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result
         return Ok(());
     }
     let failed = |error| format!("{}: {error}", run.display());
-    let mut nodes = Nodes::of_log(run, checked.seen.last_step, &at_s).map_err(failed)?;
-    while let Some(state) = nodes.next_state().map_err(failed)? {
-        collector.nodes(state);
+    for state in Nodes::of_log(run, checked.seen.last_step, &at_s).map_err(failed)? {
+        collector.nodes(state.map_err(failed)?);
     }
     Ok(())
 }

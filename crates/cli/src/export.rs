@@ -14,7 +14,7 @@ use asperity_tables::format::DAMAGED;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
 use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
-use asperity_tables::{Export, ExportError, Format, NodeRows, Ran, Report, Request, name_of};
+use asperity_tables::{Export, ExportError, Format, Ran, Report, Request, name_of};
 use clap::{Args, ValueEnum};
 
 use crate::exit::{self, Code, Failure};
@@ -198,29 +198,10 @@ fn export_one(
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
-    // Nodes are computed from checkpoints, which only a reading of its own finds, up to the last sound
-    // step, which only the check knows.
-    let mut nodes = match &arguments.nodes_at_s[..] {
-        [] => None,
-        at_s => {
-            let nodes = Nodes::of_log(run, checked.seen.last_step, at_s).and_then(Nodes::of_lattice);
-            Some(nodes.map_err(without_nodes(run, &checked))?)
+    if !arguments.nodes_at_s.is_empty() {
+        for state in nodes(run, &checked, arguments)? {
+            export.nodes(&state.map_err(without_nodes(run, &checked))?).map_err(failure)?;
         }
-    };
-    while let Some(state) =
-        nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
-    {
-        let NodeState { step, time_s, lattice, displacement_m, velocity_m_per_s, .. } = &state;
-        let counts = [lattice.columns, lattice.lanes, lattice.rows];
-        let rows = NodeRows {
-            step: *step,
-            time_s: *time_s,
-            counts,
-            axes: lattice.table.axes,
-            displacement_m,
-            velocity_m_per_s,
-        };
-        export.nodes(&rows).map_err(failure)?;
     }
     let problem = checked.problem.as_ref().map(ToString::to_string);
     let Report { files, ran, left_out } = export.finish(checked.verdict.word(), problem).map_err(failure)?;
@@ -316,9 +297,7 @@ fn vtk(
     if checked.verdict.tells_nothing() {
         return Err(verdict_exit::failure(run, &checked));
     }
-    let nodes = Nodes::of_log(run, checked.seen.last_step, &arguments.nodes_at_s);
-    let nodes = nodes.and_then(Nodes::of_lattice);
-    let mut nodes = nodes.map_err(without_nodes(run, &checked))?;
+    let nodes = nodes(run, &checked, arguments)?;
     let parts = ["nodes", "contacts"];
     let name = |part: &str, rest: &str| format!("{}.{part}.{rest}", request.name);
     let files = FileSet::new(request.existing, request.inputs.clone());
@@ -330,7 +309,8 @@ fn vtk(
     files.reserve(&all).map_err(refuse)?;
     let write = |file: &str, text: String| files.write(&request.out.join(file), text).map_err(refuse);
     let mut listed: [Vec<(f64, String)>; 2] = Default::default();
-    while let Some(state) = nodes.next_state().map_err(without_nodes(run, &checked))? {
+    for state in nodes {
+        let state = state.map_err(without_nodes(run, &checked))?;
         for ((part, image), listed) in parts.iter().zip(images(&state)).zip(&mut listed) {
             let file = name(part, &format!("{}.vti", state.step));
             write(&file, image)?;
@@ -377,6 +357,13 @@ fn images(state: &NodeState) -> [String; 2] {
         ],
     );
     [of_nodes, of_contacts]
+}
+
+/// The nodes of a log at the times asked for. They are computed from checkpoints, which only a reading of its own finds, up
+/// to the last sound step, which only the check knows.
+fn nodes(run: &Path, checked: &Checked, arguments: &ExportArguments) -> Result<Nodes, Failure> {
+    let nodes = Nodes::of_log(run, checked.seen.last_step, &arguments.nodes_at_s);
+    nodes.and_then(Nodes::of_lattice).map_err(without_nodes(run, checked))
 }
 
 /// Converts an error about nodes; adds the verdict if the log is not complete.

@@ -15,9 +15,9 @@ use asperity_record::{BoundingBox, Reach, Role};
 use crate::column::{Column, Columns};
 use crate::matching::Group;
 use crate::policy::{Allowed, Policy};
-use crate::progress::Cycles;
 use crate::report::{CellChange, Class, Conservation};
 use crate::table::Row;
+use crate::tally::Comparison;
 
 /// How much farther than its onset the end of a shifted event may move: beyond, its
 /// duration changed rather than its place.
@@ -50,18 +50,7 @@ pub(crate) struct Outcome {
     pub(crate) conservation: Option<Conservation>,
 }
 
-/// The rules that determine the classes.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rules<'a> {
-    pub(crate) columns: Columns,
-    pub(crate) policy: &'a Policy,
-    /// Quantity by which events are paired, if not by times.
-    pub(crate) cycles: Option<&'a Cycles>,
-    /// When the old run and the new one ended, s, if that is known.
-    pub(crate) until_s: [Option<f64>; 2],
-}
-
-impl Rules<'_> {
+impl Comparison<'_> {
     pub(crate) fn classify(&self, group: &Group<'_>) -> Outcome {
         let unpaired =
             |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };

@@ -1,10 +1,11 @@
 //! Differences between two runs beside their events: the keys of their scenarios, and their headers.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
+use asperity_model::scenario::text::keys_of;
 use asperity_record::{RunHeader, unit_of};
 use serde_json::Value as Json;
-use toml::{Table, Value};
+use toml::Value;
 
 use crate::report::{NumberChange, ProvenanceChange, SettingChange};
 
@@ -62,7 +63,7 @@ pub fn between(
     if old != new {
         return Ok((Vec::new(), changes));
     }
-    let [old, new] = [keys(&sides[0].scenario_toml)?, keys(&sides[1].scenario_toml)?];
+    let [old, new] = [keys_of(&sides[0].scenario_toml)?, keys_of(&sides[1].scenario_toml)?];
     let names: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
     let mut settings = Vec::new();
     for name in names.into_iter().filter(|name| old.get(*name) != new.get(*name)) {
@@ -83,25 +84,6 @@ pub fn between(
     }
     settings.sort_by_key(|setting| !setting.shapes_motion);
     Ok((settings, changes))
-}
-
-/// The keys of a scenario, dotted, with their values.
-fn keys(scenario_toml: &str) -> Result<BTreeMap<String, Value>, toml::de::Error> {
-    let mut found = BTreeMap::new();
-    collect("", &scenario_toml.parse::<Table>()?, &mut found);
-    Ok(found)
-}
-
-fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, Value>) {
-    for (key, value) in table {
-        let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        match value {
-            Value::Table(inner) => collect(&path, inner, found),
-            other => {
-                found.insert(path, other.clone());
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use asperity_record::{Parts, Reach, Role};
 
-use crate::classify::{Outcome, Rules, shift_s};
+use crate::classify::{Outcome, shift_s};
 use crate::column::{COUNT, Column, Columns};
 use crate::matching::{self, Group};
 use crate::policy::{Allowed, Policy, Tolerance};
@@ -59,11 +59,10 @@ pub fn compare<E>(
     mut on_match: impl FnMut(Matched<'_>) -> Result<(), E>,
 ) -> Result<TableDiff, E> {
     let mut tally = Tally::new(comparison);
-    let Comparison { columns, window_s, cycles, policy, until_s, .. } = comparison;
-    let rules = Rules { columns, policy, cycles, until_s };
+    let Comparison { columns, window_s, cycles, .. } = comparison;
     matching::match_tables(tables, columns, window_s, cycles, |group| {
-        let outcome = rules.classify(&group);
-        let allowed = rules.allows(&outcome);
+        let outcome = comparison.classify(&group);
+        let allowed = comparison.allows(&outcome);
         on_match(Matched { class: outcome.class, allowed, shift_s: outcome.shift_s, group: &group })?;
         draft.take(&outcome, &group);
         tally.take(&group, outcome, allowed);

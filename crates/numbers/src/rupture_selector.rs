@@ -18,9 +18,6 @@ pub enum Sort {
 }
 
 impl Sort {
-    /// All, in the order in which legends have them.
-    pub const ALL: [Sort; 3] = [Sort::Precursor, Sort::GlobalSlip, Sort::Other];
-
     /// Its name.
     pub fn label(self) -> &'static str {
         match self {

@@ -91,16 +91,6 @@ impl BoundingBox {
     pub fn common(self, other: BoundingBox) -> u64 {
         u64::from(self.columns.common(other.columns)) * u64::from(self.rows.common(other.rows))
     }
-
-    /// Whether it lies among these contacts.
-    pub fn is_within(self, contacts: Contacts) -> bool {
-        self.columns.is_within(contacts.columns()) && self.rows.is_within(contacts.rows())
-    }
-
-    /// Whether it includes a contact.
-    pub fn contains(self, contact: u32, contacts: Contacts) -> bool {
-        self.columns.contains(contacts.column(contact)) && self.rows.contains(contacts.row(contact))
-    }
 }
 
 /// A set of contacts, one bit each, since many events include nearly all.

@@ -12,7 +12,7 @@ use crate::column::{Cell, CellValue, ColumnKind};
 use crate::{Energy, Measured, magnitude};
 
 /// The chain at the end of one time step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepRecord {
     /// The step, counted from 1; 0 is the initial state.
     pub step: u64,

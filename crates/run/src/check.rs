@@ -160,33 +160,23 @@ pub struct Seen {
 
 impl fmt::Display for Seen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Seen {
-            messages,
-            last_step,
-            last_s,
-            slips,
-            other_code,
-            other_events,
-            other_detectors,
-            rewritten_by,
-            is_skimmed,
-            ..
-        } = self;
-        if *is_skimmed {
+        let messages = self.messages;
+        if self.is_skimmed {
             return write!(f, "{messages} records and events found by the index of the file");
         }
-        let (slips, last_s) = (counted(*slips, "slip event"), short_time(*last_s));
-        write!(f, "{messages} records and events, {slips}, up to step {last_step} ({last_s} s)")?;
-        if let Some(version) = other_code {
+        let (slips, step, time_s) =
+            (counted(self.slips, "slip event"), self.last_step, short_time(self.last_s));
+        write!(f, "{messages} records and events, {slips}, up to step {step} ({time_s} s)")?;
+        if let Some(version) = &self.other_code {
             write!(f, ", by code version {}", shortened(version))?;
         }
-        if let Some(Difference { number, .. }) = other_events {
+        if let Some(Difference { number, .. }) = &self.other_events {
             write!(f, ", by another version, whose events differ from number {number} on")?;
         }
-        if !other_detectors.is_none() {
-            write!(f, ", {other_detectors}")?;
+        if !self.other_detectors.is_none() {
+            write!(f, ", {}", self.other_detectors)?;
         }
-        if let Some(library) = rewritten_by {
+        if let Some(library) = &self.rewritten_by {
             write!(f, ", in a file that another program wrote (library {library:?})")?;
         }
         Ok(())

@@ -159,21 +159,12 @@ impl Settings {
             let accepted = self::names().join(", ");
             let mut chosen = Vec::new();
             for name in names.get_ref() {
-                let known = DETECTORS.iter().find(|(known, _)| known == name.get_ref());
-                match known {
+                let refused = |problem: String| Err((name.span().start, problem));
+                match DETECTORS.iter().find(|(known, _)| known == name.get_ref()) {
                     Some((known, _)) if !chosen.contains(known) => chosen.push(*known),
-                    Some(_) => {
-                        return Err((
-                            name.span().start,
-                            format!("detectors names {name:?} twice", name = name.get_ref()),
-                        ));
-                    }
+                    Some(_) => return refused(format!("detectors names {:?} twice", name.get_ref())),
                     None => {
-                        let name_at = name.span().start;
-                        return Err((
-                            name_at,
-                            format!("detectors = {:?} (accepted: {accepted})", name.get_ref()),
-                        ));
+                        return refused(format!("detectors = {:?} (accepted: {accepted})", name.get_ref()));
                     }
                 }
             }
@@ -182,31 +173,25 @@ impl Settings {
             }
             settings.detectors.retain(|name| chosen.contains(name));
         }
-        if let Some(gap) = written.merge_gap_s {
-            settings.merge_gap_s = *gap.get_ref();
-            if !(settings.merge_gap_s.is_finite() && settings.merge_gap_s >= 0.0) {
-                let problem =
-                    format!("merge_gap_s = {} (accepted: a number of seconds from 0)", gap.get_ref());
-                return Err((gap.span().start, problem));
-            }
+        let number = |key: &str, value: &Spanned<f64>, is_accepted: fn(f64) -> bool, accepted: &str| {
+            let number = *value.get_ref();
+            let problem = || (value.span().start, format!("{key} = {number} (accepted: {accepted})"));
+            Some(number).filter(|number| number.is_finite() && is_accepted(*number)).ok_or_else(problem)
+        };
+        if let Some(gap) = &written.merge_gap_s {
+            let from_zero = "a number of seconds from 0";
+            settings.merge_gap_s = number("merge_gap_s", gap, |gap_s| gap_s >= 0.0, from_zero)?;
         }
-        if let Some(ratio) = written.link_time_ratio {
-            let (at, ratio) = (ratio.span().start, *ratio.get_ref());
-            if !(ratio.is_finite() && ratio > 0.0) {
-                return Err((at, format!("link_time_ratio = {ratio} (accepted: a number above 0)")));
-            }
+        if let Some(ratio) = &written.link_time_ratio {
+            let ratio = number("link_time_ratio", ratio, |ratio| ratio > 0.0, "a number above 0")?;
             settings.link_time_ratio = Some(ratio);
         }
         if let Some(blocks) = written.min_blocks {
-            settings.min_blocks =
-                u32::try_from(*blocks.get_ref()).ok().filter(|&blocks| blocks >= 1).ok_or_else(|| {
-                    let problem = format!(
-                        "min_blocks = {} (accepted: a whole number from 1 to {})",
-                        blocks.get_ref(),
-                        u32::MAX
-                    );
-                    (blocks.span().start, problem)
-                })?;
+            let (at, blocks, most) = (blocks.span().start, *blocks.get_ref(), u32::MAX);
+            let accepted = u32::try_from(blocks).ok().filter(|&blocks| blocks >= 1);
+            settings.min_blocks = accepted.ok_or_else(|| {
+                (at, format!("min_blocks = {blocks} (accepted: a whole number from 1 to {most})"))
+            })?;
         }
         Ok(settings)
     }

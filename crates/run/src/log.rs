@@ -80,33 +80,18 @@ impl<'a> Log<'a> {
     /// The log of a new run.
     pub(crate) fn new(
         to: LogTo<'a>,
+        unfinished: Option<Unfinished>,
         header: RunHeader,
         scenario: &'a Scenario,
         kinds: Vec<EventKind>,
     ) -> Result<Log<'a>, WriteError> {
-        let (waiting, waiting_bytes) = (Vec::new(), 0);
+        let (has_checkpoint, waiting, waiting_bytes) = (unfinished.is_some(), Vec::new(), 0);
         let mut log =
-            Log { to, header, scenario, kinds, writer: None, has_checkpoint: false, waiting, waiting_bytes };
-        if to.after.is_zero() {
-            log.begin()?;
+            Log { to, header, scenario, kinds, writer: None, has_checkpoint, waiting, waiting_bytes };
+        if has_checkpoint || to.after.is_zero() {
+            log.begin(unfinished)?;
         }
         Ok(log)
-    }
-
-    /// The log of a resumed run.
-    pub(crate) fn resume(
-        to: LogTo<'a>,
-        unfinished: Unfinished,
-        header: RunHeader,
-        scenario: &'a Scenario,
-        kinds: Vec<EventKind>,
-    ) -> Result<Log<'a>, WriteError> {
-        let scenario_toml = scenario.to_commented_toml();
-        let content = content(scenario);
-        let writer = RunWriter::resume(unfinished, to.existing, &header, &scenario_toml, &kinds, content)?;
-        let (waiting, waiting_bytes) = (Vec::new(), 0);
-        let writer = Some(writer);
-        Ok(Log { to, header, scenario, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
     }
 
     /// Writes or queues the next item. The first checkpoint starts the log.
@@ -118,18 +103,20 @@ impl<'a> Log<'a> {
                 self.waiting.push(item);
                 return Ok(());
             }
-            self.begin()?;
+            self.begin(None)?;
         }
         self.has_checkpoint |= is_checkpoint;
         self.writer.as_mut().map_or(Ok(()), |writer| write(writer, &item))
     }
 
-    fn begin(&mut self) -> Result<(), WriteError> {
+    fn begin(&mut self, unfinished: Option<Unfinished>) -> Result<(), WriteError> {
         let LogTo { path, existing, .. } = self.to;
         let scenario_toml = self.scenario.to_commented_toml();
-        let content = content(self.scenario);
-        let mut writer =
-            RunWriter::create(path, existing, &self.header, &scenario_toml, &self.kinds, content)?;
+        let (header, kinds, content) = (&self.header, &self.kinds, content(self.scenario));
+        let mut writer = match unfinished {
+            Some(left) => RunWriter::resume(left, existing, header, &scenario_toml, kinds, content)?,
+            None => RunWriter::create(path, existing, header, &scenario_toml, kinds, content)?,
+        };
         for item in take(&mut self.waiting) {
             write(&mut writer, &item)?;
         }
@@ -153,14 +140,10 @@ impl<'a> Log<'a> {
             return self.interrupt(report());
         }
         if is_kept && self.writer.is_none() {
-            self.begin()?;
+            self.begin(None)?;
         }
         let Some(writer) = self.writer.filter(|_| is_kept) else { return Ok(None) };
-        let end = match stopped {
-            Some(error) => writer.finish_stopped(status, error.to_string(), report())?,
-            None => writer.finish(status, report())?,
-        };
-        Ok(Some(end))
+        writer.finish_stopped(status, stopped.map(ToString::to_string), report()).map(Some)
     }
 
     fn interrupt(self, report: SolverReport) -> Result<Option<RunEnd>, WriteError> {
@@ -241,7 +224,7 @@ mod tests {
             let path = folder.path().join(format!("{n}.mcap"));
             let after = Duration::from_secs(60);
             let to = LogTo { keep: KeepLog::Never, after, ..LogTo::new(&path) };
-            let mut log = Log::new(to, header.clone(), &scenario, Vec::new()).unwrap();
+            let mut log = Log::new(to, None, header.clone(), &scenario, Vec::new()).unwrap();
             let mut steps = 0;
             while !partial_path(&path).exists() {
                 assert!(log.waiting_bytes < MOST_WAITING_BYTES && log.waiting.len() == steps as usize);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use asperity_model::scenario::text;
 use asperity_record::RunHeader;
 use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, must_be_ours, partial_path};
 
@@ -35,27 +36,12 @@ fn listed(differing: &[String]) -> String {
 
 /// The keys that two scenarios, as TOML, have with other values.
 fn differing_keys(found: &str, wanted: &str) -> Vec<String> {
-    let [Ok(found), Ok(wanted)] = [found, wanted].map(toml::from_str::<toml::Table>) else {
-        return Vec::new();
-    };
-    let mut differing = Vec::new();
-    for (section, wanted) in &wanted {
-        let single = toml::Table::from_iter([(section.clone(), wanted.clone())]);
-        let (keys, prefix, of) = match (wanted.as_table(), found.get(section).and_then(toml::Value::as_table))
-        {
-            (Some(keys), Some(of)) => (keys, format!("{section}."), of),
-            _ => (&single, String::new(), &found),
-        };
-        for (key, wanted) in keys {
-            match of.get(key) {
-                Some(found) if found != wanted => {
-                    differing.push(format!("{prefix}{key} = {found} in it, not {wanted}"));
-                }
-                _ => {}
-            }
-        }
-    }
-    differing
+    let [Ok(found), Ok(wanted)] = [found, wanted].map(text::keys_of) else { return Vec::new() };
+    let differing = wanted.iter().filter_map(|(key, wanted)| {
+        let found = found.get(key).filter(|found| *found != wanted)?;
+        Some(format!("{key} = {found} in it, not {wanted}"))
+    });
+    differing.collect()
 }
 
 impl OtherRun {

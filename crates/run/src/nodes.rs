@@ -74,15 +74,7 @@ impl Nodes {
         self.steps.iter().rev().copied().collect()
     }
 
-    /// Computes the nodes at the next of the times; `None` after the last.
-    ///
-    /// # Errors
-    /// If the solver stops before.
-    pub fn next_state(&mut self) -> Result<Option<NodeState>, StatesError> {
-        self.next_state_unless(&|| false)
-    }
-
-    /// As [`Nodes::next_state`]; `stop` is polled between records, and within milliseconds.
+    /// Computes the nodes at the next of the times; `None` after the last. `stop` is polled between records, and within milliseconds.
     ///
     /// # Errors
     /// If the solver stops before, or the caller stops it.
@@ -125,6 +117,15 @@ impl Nodes {
             displacement_m: state.slider.displacement_m,
             velocity_m_per_s: state.slider.velocity_m_per_s,
         }))
+    }
+}
+
+/// The nodes at all of the times, in order.
+impl Iterator for Nodes {
+    type Item = Result<NodeState, StatesError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_state_unless(&|| false).transpose()
     }
 }
 

@@ -285,7 +285,7 @@ pub fn run(
             None => Left::Nothing,
         };
         writing = Some(match left {
-            Left::Nothing => Log::new(to, header.clone(), scenario, kinds)?,
+            Left::Nothing => Log::new(to, None, header.clone(), scenario, kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish(to.existing)?;
                 observer.notice(Notice::LackedItsName);
@@ -296,7 +296,7 @@ pub fn run(
                 let step = saved.step();
                 observer.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
-                Log::resume(to, unfinished, header.clone(), scenario, kinds)?
+                Log::new(to, Some(unfinished), header.clone(), scenario, kinds)?
             }
         });
     }

@@ -6,7 +6,6 @@
 
 use std::collections::VecDeque;
 use std::fs::Metadata;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
@@ -15,7 +14,7 @@ use crate::check::check;
 use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
 use asperity_model::scenario::files::UnfitState;
-use asperity_model::{Files, Plan, RecordingPlan, Scenario, Texts};
+use asperity_model::{Files, Plan, RecordingPlan, Scenario};
 use asperity_record::RunHeader;
 use asperity_record::bounds::LONGEST_STATE_BYTES;
 use asperity_runlog::{RunReader, Topics};
@@ -30,10 +29,6 @@ const STATES_KEPT_BYTES: usize = 32 << 20;
 pub struct Opened;
 
 impl Files for Opened {
-    fn text(&self, path: &Path) -> io::Result<String> {
-        Texts.text(path)
-    }
-
     fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
         state_of_log(scenario)
     }

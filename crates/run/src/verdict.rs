@@ -26,18 +26,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// All verdicts, from best to worst.
-    pub const ALL: [Verdict; 8] = [
-        Verdict::Whole,
-        Verdict::OtherCode,
-        Verdict::Unreadable,
-        Verdict::Incomplete,
-        Verdict::Stopped,
-        Verdict::Salvaged,
-        Verdict::NoRunLog,
-        Verdict::Damaged,
-    ];
-
     /// The verdict as printed.
     pub fn word(self) -> &'static str {
         match self {

@@ -219,17 +219,7 @@ pub(crate) struct SwitchMessage {
 
 impl StepMessage {
     pub(crate) fn new(record: &StepRecord) -> StepMessage {
-        let Energy {
-            drive_work_j,
-            prestress_work_j,
-            friction_heat_j,
-            anchor_change_j,
-            viscous_loss_j,
-            kinetic_j,
-            elastic_j,
-            scheme_work_j,
-            radiated_j,
-        } = record.energy;
+        let energy = record.energy;
         StepMessage {
             step: record.step,
             time_s: record.time_s,
@@ -241,15 +231,15 @@ impl StepMessage {
             ft_fn_error: record.ft_fn_error,
             sliding: record.sliding,
             switches: record.switches.len() as u32,
-            drive_work_j,
-            prestress_work_j,
-            friction_heat_j,
-            anchor_change_j,
-            viscous_loss_j,
-            kinetic_j,
-            elastic_j,
-            scheme_work_j,
-            radiated_j,
+            drive_work_j: energy.drive_work_j,
+            prestress_work_j: energy.prestress_work_j,
+            friction_heat_j: energy.friction_heat_j,
+            anchor_change_j: energy.anchor_change_j,
+            viscous_loss_j: energy.viscous_loss_j,
+            kinetic_j: energy.kinetic_j,
+            elastic_j: energy.elastic_j,
+            scheme_work_j: energy.scheme_work_j,
+            radiated_j: energy.radiated_j,
             peak_velocity_m_per_s: record.peak_velocity_m_per_s,
             breaks: record.junctions.map(|totals| totals.breaks),
             repins: record.junctions.map(|totals| totals.repins),

@@ -14,7 +14,6 @@ use mcap::records::{MessageHeader, Record as Raw};
 use crate::agree;
 use crate::ahead::Ahead;
 use crate::digest::Digests;
-use crate::findings::Gap;
 use crate::format::{
     CHECKPOINT, EVENTS, FIELDS, INPUTS, MOST_SCHEMA_BYTES, RUN_END, SIGNAL, STEP, SWITCH, TRACES, WINDOW,
 };
@@ -101,7 +100,6 @@ pub struct RunReader {
 
 /// The gaps that a salvaged log states. Its messages keep their numbers.
 struct Gaps {
-    stated: Vec<Gap>,
     /// The time of the first message after the first one.
     first_ns: u64,
     /// Whether it states that messages were lost or may have been.
@@ -206,11 +204,10 @@ impl RunReader {
         let header = metadata::header_from_map(&run)?;
         self.detached = vec![false; header.blocks as usize];
         if let Some(salvage) = &ahead.salvage {
-            let stated = metadata::gaps_from_map(salvage)?;
-            let first_step = stated.first().and_then(|gap| gap.before_step);
+            let gaps = metadata::gaps_from_map(salvage)?;
+            let first_step = gaps.first().and_then(|gap| gap.before_step);
             self.salvage = Some(Gaps {
                 first_ns: first_step.and_then(|step| agree::time_ns(&header, step)).unwrap_or(u64::MAX),
-                stated,
                 says_lost: metadata::says_lost(salvage),
                 is_passed: false,
             });
@@ -308,11 +305,6 @@ impl RunReader {
     /// Detectors cannot continue across such a gap.
     pub fn has_gap(&self) -> bool {
         self.salvage.as_ref().is_some_and(|gaps| gaps.is_passed)
-    }
-
-    /// The gaps that a salvaged log states; known after the first item, and empty for other logs.
-    pub fn gaps(&self) -> &[Gap] {
-        self.salvage.as_ref().map_or(&[], |gaps| &gaps.stated)
     }
 
     /// Whether it was salvaged from a damaged log.

@@ -28,7 +28,8 @@ use crate::metadata;
 use crate::parse::parse;
 use crate::pieces::{Piece, Pieces};
 use crate::problem::{LogProblem, WriteError};
-use crate::write::RunWriter;
+use crate::unfinished::Place;
+use crate::write::{Content, RunWriter};
 
 /// Why nothing was salvaged.
 #[derive(Debug, thiserror::Error)]
@@ -98,7 +99,8 @@ pub fn salvage(
     };
     let topics = events.iter().map(of_kind).chain(channels.values().filter(is_foreign).cloned());
     let scenario = scenario.unwrap_or_default();
-    let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
+    let mut writer =
+        RunWriter::start(Place::hidden(output, input)?, &header, &scenario, topics, Content::Text)?;
     writer.salvaged(&salvaged)?;
     Walk::new(&header, &channels).through(input, None, &mut |kept| Ok(writer.keep(kept)?))?;
     writer.finish(RunStatus::Salvaged, end.map_or(SolverReport::default(), |end| end.solver))?;

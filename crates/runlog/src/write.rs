@@ -86,17 +86,6 @@ impl RunWriter {
         RunWriter::start(Place::of_run(path, existing)?, header, scenario_toml, events, content)
     }
 
-    /// Starts the log for the messages salvaged from `input`, with its topics of events.
-    pub(crate) fn create_salvaged(
-        path: &Path,
-        input: &Path,
-        header: &RunHeader,
-        scenario_toml: &str,
-        events: impl Iterator<Item = Topic>,
-    ) -> Result<RunWriter, WriteError> {
-        RunWriter::start(Place::hidden(path, input)?, header, scenario_toml, events, Content::Text)
-    }
-
     /// Starts the log of a resumed run. The unfinished log stays until this one has its first
     /// checkpoint, and so contains as much.
     ///
@@ -114,7 +103,7 @@ impl RunWriter {
         RunWriter::start(Place::resuming(unfinished, existing)?, header, scenario_toml, events, content)
     }
 
-    fn start(
+    pub(crate) fn start(
         place: Place,
         header: &RunHeader,
         scenario_toml: &str,
@@ -344,24 +333,15 @@ impl RunWriter {
     /// If the file cannot be written, the name was taken in the meantime, or the temporary name no
     /// longer belongs to this log.
     pub fn finish(self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
-        self.close(status, None, solver)
+        self.finish_stopped(status, None, solver)
     }
 
-    /// Finishes the log of a run that the solver stopped, with the reason. Such a run cannot be
+    /// Finishes the log of a run that the solver may have stopped, with the reason. Such a run cannot be
     /// resumed, so the log gets its final name.
     ///
     /// # Errors
     /// As [`RunWriter::finish`].
     pub fn finish_stopped(
-        self,
-        status: RunStatus,
-        why: String,
-        solver: SolverReport,
-    ) -> Result<RunEnd, WriteError> {
-        self.close(status, Some(why), solver)
-    }
-
-    fn close(
         mut self,
         status: RunStatus,
         stopped: Option<String>,

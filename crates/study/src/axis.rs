@@ -214,11 +214,6 @@ impl Axis {
         };
         study_figures::Axis { keys: (0..self.keys.len()).map(key).collect(), joined: self.joined }
     }
-
-    /// Its columns in a table.
-    pub fn columns(&self) -> impl Iterator<Item = Column> {
-        self.keys.iter().map(|key| column(key))
-    }
 }
 
 /// The column of a key in the tables of a study.
@@ -234,10 +229,7 @@ pub(crate) fn column(key: &Key) -> Column {
         kind,
         unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
         about: key.doc.into(),
-        only: None,
-        over_area: None,
-        role: None,
-        is_optional: false,
+        ..Column::new("", ColumnKind::Word, "")
     }
 }
 

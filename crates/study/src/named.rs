@@ -229,9 +229,8 @@ impl Reducing<'_> {
         let at_s = passing.collector.nodes_at_s();
         if !at_s.is_empty() {
             let told = |error| StudyError::Failed(format!("run {}: {error}", job.name));
-            let mut nodes = Nodes::of_log(&job.log(self.runs_folder), u64::MAX, &at_s).map_err(told)?;
-            while let Some(state) = nodes.next_state().map_err(told)? {
-                passing.collector.nodes(state);
+            for state in Nodes::of_log(&job.log(self.runs_folder), u64::MAX, &at_s).map_err(told)? {
+                passing.collector.nodes(state.map_err(told)?);
             }
         }
         self.reduction.passed(passing, end)

@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_model::NodeState;
 use asperity_record::{Cell, Column, Event, EventKind, Observer, Record, RunHeader};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::format::{DAMAGED, Format};
-use crate::rows::NodeRows;
 use crate::run_tables::{Chosen, RunTables};
 use crate::table::Table;
 use crate::table_files::TableFiles;
@@ -132,7 +132,7 @@ impl Export {
     ///
     /// # Panics
     /// If the request has no table of nodes.
-    pub fn nodes(&mut self, nodes: &NodeRows<'_>) -> Result<(), ExportError> {
+    pub fn nodes(&mut self, nodes: &NodeState) -> Result<(), ExportError> {
         self.tables.nodes(nodes);
         self.flush(BATCH_ROWS)
     }

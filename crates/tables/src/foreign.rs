@@ -50,10 +50,8 @@ pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
             kind,
             unit,
             about: about.into(),
-            only: None,
-            over_area: None,
-            role: None,
             is_optional: true,
+            ..Column::new("", ColumnKind::Word, "")
         });
     }
     Some(columns)

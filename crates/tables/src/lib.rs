@@ -69,5 +69,4 @@ pub mod vtk;
 pub use comma::{CsvRows, Spelling};
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use format::Format;
-pub use rows::NodeRows;
 pub use table::Table;

@@ -2,6 +2,7 @@
 
 use std::iter::repeat_n;
 
+use asperity_model::NodeState;
 use asperity_record::{
     Cell, CellValue, FieldRecord, JunctionTotals, Measured, SignalRecord, StepRecord, Switch, SwitchAcross,
     TraceRecord, WindowRecord,
@@ -130,32 +131,16 @@ pub(crate) fn traces(table: &mut Table, record: &TraceRecord) {
 }
 
 /// The nodes of a slab, a sheet or a body after a step.
-#[derive(Debug, Clone, Copy)]
-pub struct NodeRows<'a> {
-    /// The step.
-    pub step: u64,
-    /// Its time, s.
-    pub time_s: f64,
-    /// Nodes along the sliding direction, across it, and upwards; they are counted in this order.
-    pub counts: [usize; 3],
-    /// The axes along which they move, ascending: 0 along the sliding direction, 1 across, 2 upwards.
-    pub axes: &'static [usize],
-    /// Displacements of all nodes along the first of the axes, then along the next, m.
-    pub displacement_m: &'a [f64],
-    /// Velocities in the same order, m/s.
-    pub velocity_m_per_s: &'a [f64],
-}
-
-pub(crate) fn nodes(table: &mut Table, of: &NodeRows<'_>) {
-    let [columns, across, rows] = of.counts;
-    let nodes = columns * across * rows;
+pub(crate) fn nodes(table: &mut Table, of: &NodeState) {
+    let (columns, across, nodes) = (of.lattice.columns, of.lattice.lanes, of.lattice.nodes());
+    let axes = of.lattice.table.axes;
     let counted = |index: usize| Cell::Count(u32::try_from(index + 1).expect("there are fewer nodes"));
     for node in 0..nodes {
         let mut row = vec![Cell::Step(of.step), Cell::Number(of.time_s), counted(node / columns / across)];
-        row.extend(of.axes.contains(&1).then(|| counted(node / columns % across)));
+        row.extend(axes.contains(&1).then(|| counted(node / columns % across)));
         row.push(counted(node % columns));
-        for values in [of.displacement_m, of.velocity_m_per_s] {
-            row.extend((0..of.axes.len()).map(|axis| Cell::Number(values[axis * nodes + node])));
+        for values in [&of.displacement_m, &of.velocity_m_per_s] {
+            row.extend((0..axes.len()).map(|axis| Cell::Number(values[axis * nodes + node])));
         }
         table.push(row);
     }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use asperity_model::NodeState;
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Parts, Record, RowKind};
 
 use crate::foreign;
@@ -10,7 +11,7 @@ use crate::layout::{
     EVENTS, FIELDS, NODES, SIGNAL, STEP, SWITCH, StepParts, TRACES, WINDOW, fields_columns, nodes_table,
     record_tables, step_columns, switch_columns,
 };
-use crate::rows::{self, NodeRows};
+use crate::rows;
 use crate::table::Table;
 
 /// Most tables of events without a detector in this program: an export opens a file for each.
@@ -31,6 +32,7 @@ pub struct Chosen {
 }
 
 /// The tables of a run.
+#[derive(Default)]
 pub struct RunTables {
     chosen: Chosen,
     /// What the run has.
@@ -106,18 +108,7 @@ impl RunTables {
         for column in tables.iter_mut().flat_map(|table| &mut table.columns) {
             *column = column.clone().in_run(of_run);
         }
-        Ok(RunTables {
-            chosen,
-            of_run,
-            tables,
-            events,
-            parts: None,
-            state_parts: None,
-            last_step: 0,
-            last_s: 0.0,
-            left_out: BTreeMap::new(),
-            problem: None,
-        })
+        Ok(RunTables { chosen, of_run, tables, events, ..RunTables::default() })
     }
 
     /// The tables, in the order of topics in which they are exported.
@@ -146,10 +137,10 @@ impl RunTables {
     ///
     /// # Panics
     /// If no table of nodes is chosen.
-    pub fn nodes(&mut self, nodes: &NodeRows<'_>) {
+    pub fn nodes(&mut self, nodes: &NodeState) {
         let table = self.tables.iter_mut().find(|table| table.name == NODES);
         let table = table.expect("nodes are asked for");
-        let empty = nodes_table(nodes.axes);
+        let empty = nodes_table(nodes.lattice.table.axes);
         if table.columns != empty.columns {
             // The first nodes tell along which axes they move.
             *table = empty;

@@ -4,7 +4,7 @@
 use std::ops::RangeInclusive;
 
 use asperity_record::{
-    Direction, Energy, RECORD_SCHEMA_VERSION, RunHeader, Rupture, Scales, SlipEvent, StepRecord, Switch,
+    Direction, RECORD_SCHEMA_VERSION, RunHeader, Rupture, Scales, SlipEvent, StepRecord, Switch,
 };
 
 /// Normal load of the steps made up here.
@@ -15,18 +15,11 @@ pub fn run_header() -> RunHeader {
     RunHeader {
         record_schema_version: RECORD_SCHEMA_VERSION,
         scenario: "made up".to_owned(),
-        scenario_hash: String::new(),
-        run_id: String::new(),
-        code_version: String::new(),
         parameter_set: "as-coded".to_owned(),
         solver: "fast".to_owned(),
         blocks: 2,
         rows: 1,
-        junction_count: 0,
-        radiates: false,
-        has_state: false,
         time_step_s: 0.5,
-        longest_stable_step_s: None,
         steps: 9,
         scales: Scales {
             block_length_m: 0.01,
@@ -35,7 +28,7 @@ pub fn run_header() -> RunHeader {
             modulus_n_per_m: 5e6,
             interfacial_stiffness_n_per_m: 2e6,
         },
-        sensors: None,
+        ..RunHeader::default()
     }
 }
 
@@ -46,13 +39,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         time_s,
         driving_force_n: load_ratio * NORMAL_LOAD_N,
         normal_load_n: NORMAL_LOAD_N,
-        ft_fn_error: None,
-        end_forces_n: None,
-        energy: Energy::default(),
-        junctions: None,
-        peak_velocity_m_per_s: None,
-        sliding: 0,
-        switches: Vec::new(),
+        ..StepRecord::default()
     }
 }
 

@@ -63,11 +63,6 @@ impl EndBond {
         bonds
     }
 
-    /// The one or two blocks that it pulls at, counted from 0.
-    pub fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
-        std::iter::once(self.block).chain(self.other)
-    }
-
     /// What the block has more than the other: of displacements the stretch, not counted from rest.
     #[inline]
     pub fn stretch(&self, values: &[f64]) -> f64 {

@@ -19,7 +19,9 @@ pub trait Files {
     ///
     /// # Errors
     /// If there is none.
-    fn text(&self, path: &Path) -> io::Result<String>;
+    fn text(&self, path: &Path) -> io::Result<String> {
+        text::read(path)
+    }
 
     /// The state in which the logged run named by `initial.from` was at `initial.at_s`, for a scenario that is
     /// resolved but for it, as the text of `initial.state`.
@@ -49,11 +51,7 @@ pub struct UnfitState {
 /// Opens texts, and no logs.
 pub struct Texts;
 
-impl Files for Texts {
-    fn text(&self, path: &Path) -> io::Result<String> {
-        text::read(path)
-    }
-}
+impl Files for Texts {}
 
 /// The accepted values where no file is opened.
 const VALUES: &str = "its values beside it, as in logs and plans, or a file of your own, as by --set";

@@ -1,5 +1,6 @@
 //! Reads texts written by users, names places in them as line and column, and writes numbers for readers.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -46,6 +47,24 @@ impl Lines {
         let column = text[self.starts[line - 1]..at].chars().count() + 1;
         format!("{line}:{column}")
     }
+}
+
+/// All keys of a TOML text, dotted, with their values; those of a list of tables are its value.
+///
+/// # Errors
+/// If it is no TOML.
+pub fn keys_of(toml: &str) -> Result<BTreeMap<String, toml::Value>, toml::de::Error> {
+    let mut found = BTreeMap::new();
+    let mut left = vec![(String::new(), toml.parse::<toml::Table>()?)];
+    while let Some((section, keys)) = left.pop() {
+        for (key, value) in keys {
+            match value {
+                toml::Value::Table(keys) => left.push((format!("{section}{key}."), keys)),
+                value => drop(found.insert(format!("{section}{key}"), value)),
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// A number with at most four significant digits, without trailing zeros.

@@ -139,7 +139,8 @@ impl Csv {
     /// The number in a cell of the current row, with a decimal comma where all have one.
     fn number(&mut self, column: usize) -> Result<f64, Box<InputFault>> {
         let cell = self.record.get(column).unwrap_or_default().trim_ascii();
-        let mark = cell.iter().copied().find(|byte| b".,".contains(byte)).filter(|_| self.may_have_commas);
+        let marks = || cell.iter().copied().find(|byte| b".,".contains(byte));
+        let mark = if self.may_have_commas { marks() } else { None };
         let with_point = |byte: &u8| if *byte == b',' { b'.' } else { *byte };
         let parsed = match mark {
             Some(b',') => fast_float2::parse(cell.iter().map(with_point).collect::<Vec<u8>>()),

@@ -10,7 +10,8 @@ use asperity_record::{Estimate, FirstReach, LoadDrop, Row};
 use crate::description::{Channel, Role};
 use crate::error::RecordingError;
 use crate::line::Line;
-use crate::recording::{Detected, Progress, Ranges, Recording};
+use crate::pass::{Progress, Ranges};
+use crate::recording::{Detected, Recording};
 use crate::window::{MAD_TO_SIGMA, median};
 
 /// Samples of a shear gauge up to an arrival, the largest of which counts.

@@ -8,6 +8,7 @@
 //! - [`Samples`]: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
 //!   description only.
 //! - `survey`: the parts of a stream, and when each of their samples was taken.
+//! - `pass`: goes over the samples of a stream, many channels in two halves at once.
 //! - `noise`: the noise of every channel, and what is wrong with it.
 //! - `window`, `pick`, `ramp`, `arrival`: steps in a channel, found without a model, each with its errors.
 //! - `force`: load drops, and the loads at any time.
@@ -63,6 +64,7 @@ mod line;
 mod matlab;
 mod noise;
 mod npy;
+mod pass;
 mod pick;
 mod ramp;
 mod recording;

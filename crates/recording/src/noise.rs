@@ -8,8 +8,9 @@ use multiversion::multiversion;
 
 use crate::description::Channel;
 use crate::error::{InputFault, Place, RecordingError};
+use crate::pass::Progress;
 use crate::ramp::Ramp;
-use crate::recording::{Detected, Progress, Recording, SHORTEST_PART};
+use crate::recording::{Detected, Recording, SHORTEST_PART};
 use crate::samples::{LANES, Rows};
 use crate::signals::Signals;
 use crate::survey::Part;

@@ -2,26 +2,24 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::sync::atomic::AtomicBool;
 
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
 };
 
 use crate::arrival;
-use crate::description::{Channel, Description, Kind, Positive, Role, Stream};
+use crate::description::{Channel, Description, Positive, Role, Stream};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::force::{BEHIND, Forces, Loads, Request, Side};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
+use crate::pass::{Progress, Ranges, at_once};
 use crate::pick::{self, Finders, Search};
-use crate::resample::Resampled;
-use crate::samples::{Block, Column, LANES, Rows, Samples};
+use crate::samples::{LANES, Rows};
 use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
-use crate::survey::{BLOCK, Part, Surveyed, survey};
+use crate::survey::{Part, Surveyed, survey};
 use crate::window::Scatter;
 
 /// Steps of the log per sample of the fastest stream.
@@ -60,21 +58,6 @@ fn least(threshold: f64, scatter: &Scatter, given: f64) -> f64 {
     }
 }
 
-/// Does something while another thread does something else, which learns when that is in vain.
-fn at_once<A, B: Send>(
-    one: impl FnOnce() -> Result<A, RecordingError>,
-    other: impl FnOnce(&AtomicBool) -> Result<B, RecordingError> + Send,
-) -> Result<(A, B), RecordingError> {
-    let is_in_vain = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let other = scope.spawn(|| other(&is_in_vain));
-        let one = one();
-        is_in_vain.store(one.is_err(), Ordering::Relaxed);
-        let other = other.join().unwrap_or_else(|panic| resume_unwind(panic));
-        Ok((one?, other?))
-    })
-}
-
 /// A recording whose streams and parts are known.
 #[derive(Debug)]
 pub struct Recording {
@@ -109,86 +92,6 @@ impl Detected {
     /// The step records, in order.
     pub fn steps(&self) -> impl Iterator<Item = StepRecord> {
         self.timeline.records(&self.loads, self.normal_load_n)
-    }
-}
-
-/// How far all passes over the samples have come.
-pub(crate) struct Progress<'a> {
-    /// Told how many samples were read, of how many; says whether to stop.
-    pub(crate) watch: &'a mut dyn FnMut(u64, u64) -> bool,
-    pub(crate) done: u64,
-    pub(crate) of: u64,
-}
-
-/// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
-type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
-
-/// Reads parts of a stream from front to back.
-pub(crate) struct Source<'a> {
-    recording: &'a Recording,
-    stream: usize,
-    channels: Vec<&'a Channel>,
-    /// The file that is open, and its next sample.
-    open: Option<(usize, Box<dyn Samples>, u64)>,
-}
-
-impl Source<'_> {
-    /// Adds samples of a part to a block, which do not lie before those read last.
-    fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
-        let Source { recording, stream, channels, open } = self;
-        let Part { file, from, .. } = recording.streams[*stream].parts[part];
-        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
-            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
-        }
-        let (_, source, next) = open.as_mut().expect("it was opened");
-        let (start, end) = (from + samples.start, from + samples.end);
-        while *next < end {
-            let is_ahead = *next < start;
-            let wanted = if is_ahead { (start - *next).min(BLOCK as u64) } else { end - start } as usize;
-            let count = if is_ahead { source.skip(wanted, block) } else { source.next(wanted, block) }?;
-            if count < wanted {
-                let problem = format!("{} samples fewer than before", wanted - count);
-                let accepted = "a file that does not change while it is read";
-                return Err(recording.fault(*stream, part, channels[0], None, problem, accepted).into());
-            }
-            *next += count as u64;
-        }
-        Ok(())
-    }
-}
-
-/// Ranges of samples, whose beginnings ascend.
-pub(crate) struct Ranges<'a> {
-    source: Source<'a>,
-    part: usize,
-    first: u64,
-    kept: Block,
-}
-
-impl<'a> Ranges<'a> {
-    pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
-        let kept = Block::new(channels.len());
-        let source = Source { recording, stream, channels, open: None };
-        Ranges { source, part: 0, first: 0, kept }
-    }
-
-    /// Samples with a range of a part.
-    pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>, RecordingError> {
-        let kept = self.kept.len() as u64;
-        let is_apart = part != self.part || samples.start >= self.first + kept;
-        // Rarely, so that the rest is seldom moved.
-        if is_apart || samples.start - self.first > kept / 2 {
-            let dropped = if is_apart { kept } else { samples.start - self.first };
-            self.kept.drop_first(dropped as usize);
-            (self.part, self.first) = (part, samples.start);
-        }
-        let end = self.first + self.kept.len() as u64;
-        if samples.end > end {
-            let of = &self.source.recording.streams[self.source.stream].parts[part];
-            let to = samples.end.max(end + BLOCK as u64).min(of.samples);
-            self.source.read(part, end..to, &mut self.kept)?;
-        }
-        Ok(Rows { first: self.first, block: &self.kept })
     }
 }
 
@@ -366,79 +269,6 @@ impl Recording {
 
     pub(crate) fn normal_load_n(&self) -> f64 {
         self.description.slider.normal_force_n.map_or(1.0, |load| load.0)
-    }
-
-    /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
-    /// there, so many before that, and whether they are its last.
-    pub(crate) fn pass(
-        &self,
-        stream: usize,
-        channels: &[&Channel],
-        before: u64,
-        progress: &mut Progress<'_>,
-        visit: &mut Visit<'_>,
-    ) -> Result<(), RecordingError> {
-        let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
-        let mut block = Block::new(channels.len());
-        for part in self.order(stream) {
-            let samples = self.streams[stream].parts[part].samples;
-            block.resize(0);
-            for first in (0..samples).step_by(BLOCK) {
-                let (end, kept) = (samples.min(first + BLOCK as u64), block.len() as u64);
-                // Rarely, so that the rest is seldom moved.
-                block.drop_first(if kept > 2 * before { (kept - before) as usize } else { 0 });
-                let from = first - block.len() as u64;
-                source.read(part, first..end, &mut block)?;
-                visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
-                progress.done += end - first;
-                if (progress.watch)(progress.done, progress.of) {
-                    return Err(RecordingError::Interrupted);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Passes over channels of a stream, in two halves at once if they are many and reading takes less than what follows. `pass`
-    /// returns what it finds in some of them, which does not depend on the others.
-    pub(crate) fn in_halves<T: Send>(
-        &self,
-        stream: usize,
-        channels: usize,
-        progress: &mut Progress<'_>,
-        pass: impl Fn(Range<usize>, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
-    ) -> Result<Vec<T>, RecordingError> {
-        let is_quick = matches!(self.description.streams[stream].kind(), Some(Kind::Npy | Kind::Raw));
-        let half =
-            if is_quick { channels.div_ceil(2).next_multiple_of(LANES).min(channels) } else { channels };
-        if half == channels {
-            return Ok(vec![pass(0..channels, progress)?]);
-        }
-        let other = |is_in_vain: &AtomicBool| {
-            let watch = &mut |_, _| is_in_vain.load(Ordering::Relaxed);
-            pass(half..channels, &mut Progress { watch, done: 0, of: 0 })
-        };
-        let (one, other) = at_once(|| pass(0..half, progress), other)?;
-        Ok(vec![one, other])
-    }
-
-    fn samples(
-        &self,
-        stream: usize,
-        file: usize,
-        channels: &[&Channel],
-    ) -> Result<Box<dyn Samples>, RecordingError> {
-        let (stream, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
-        let columns = channels.iter().map(|channel| channel.column.clone());
-        match &stream.time {
-            Some(time) if stream.resample.is_some() => {
-                let columns: Vec<Column> = [time.column.clone()].into_iter().chain(columns).collect();
-                let samples = self.folder.open(stream, &surveyed.files[file], &columns)?;
-                let unit_s = time.unit_of(samples.as_ref()).map_or(1.0, |unit| unit.scale);
-                Ok(Box::new(Resampled::new(samples, channels.len(), surveyed.interval_s / unit_s)))
-            }
-            _ => self.folder.open(stream, &surveyed.files[file], &columns.collect::<Vec<_>>()),
-        }
     }
 
     /// As [`Recording::detect`], and computes length and hash of every file meanwhile.

@@ -10,7 +10,8 @@ use asperity_record::{BulkRecord, Record, SignalRecord, TraceRecord};
 
 use crate::description::Description;
 use crate::error::RecordingError;
-use crate::recording::{Detected, Ranges, Recording};
+use crate::pass::Ranges;
+use crate::recording::{Detected, Recording};
 
 /// Bytes of such records in memory, beyond which they go to a file without a name.
 const IN_MEMORY: usize = 1 << 24;

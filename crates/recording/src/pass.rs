@@ -1,0 +1,183 @@
+//! Passes over the samples of a stream, from front to back.
+
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use crate::description::{Channel, Kind};
+use crate::error::RecordingError;
+use crate::recording::Recording;
+use crate::resample::Resampled;
+use crate::samples::{Block, Column, LANES, Rows, Samples};
+use crate::survey::{BLOCK, Part};
+
+/// How far all passes over the samples have come.
+pub(crate) struct Progress<'a> {
+    /// Told how many samples were read, of how many; says whether to stop.
+    pub(crate) watch: &'a mut dyn FnMut(u64, u64) -> bool,
+    pub(crate) done: u64,
+    pub(crate) of: u64,
+}
+
+/// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
+type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
+
+/// Reads parts of a stream from front to back.
+pub(crate) struct Source<'a> {
+    recording: &'a Recording,
+    stream: usize,
+    channels: Vec<&'a Channel>,
+    /// The file that is open, and its next sample.
+    open: Option<(usize, Box<dyn Samples>, u64)>,
+}
+
+impl Source<'_> {
+    /// Adds samples of a part to a block, which do not lie before those read last.
+    fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
+        let Source { recording, stream, channels, open } = self;
+        let Part { file, from, .. } = recording.streams[*stream].parts[part];
+        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
+            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
+        }
+        let (_, source, next) = open.as_mut().expect("it was opened");
+        let (start, end) = (from + samples.start, from + samples.end);
+        while *next < end {
+            let is_ahead = *next < start;
+            let wanted = if is_ahead { (start - *next).min(BLOCK as u64) } else { end - start } as usize;
+            let count = if is_ahead { source.skip(wanted, block) } else { source.next(wanted, block) }?;
+            if count < wanted {
+                let problem = format!("{} samples fewer than before", wanted - count);
+                let accepted = "a file that does not change while it is read";
+                return Err(recording.fault(*stream, part, channels[0], None, problem, accepted).into());
+            }
+            *next += count as u64;
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of samples, whose beginnings ascend.
+pub(crate) struct Ranges<'a> {
+    source: Source<'a>,
+    part: usize,
+    first: u64,
+    kept: Block,
+}
+
+impl<'a> Ranges<'a> {
+    pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
+        let kept = Block::new(channels.len());
+        let source = Source { recording, stream, channels, open: None };
+        Ranges { source, part: 0, first: 0, kept }
+    }
+
+    /// Samples with a range of a part.
+    pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>, RecordingError> {
+        let kept = self.kept.len() as u64;
+        let is_apart = part != self.part || samples.start >= self.first + kept;
+        // Rarely, so that the rest is seldom moved.
+        if is_apart || samples.start - self.first > kept / 2 {
+            let dropped = if is_apart { kept } else { samples.start - self.first };
+            self.kept.drop_first(dropped as usize);
+            (self.part, self.first) = (part, samples.start);
+        }
+        let end = self.first + self.kept.len() as u64;
+        if samples.end > end {
+            let of = &self.source.recording.streams[self.source.stream].parts[part];
+            let to = samples.end.max(end + BLOCK as u64).min(of.samples);
+            self.source.read(part, end..to, &mut self.kept)?;
+        }
+        Ok(Rows { first: self.first, block: &self.kept })
+    }
+}
+
+/// Does something while another thread does something else, which learns when that is in vain.
+pub(crate) fn at_once<A, B: Send>(
+    one: impl FnOnce() -> Result<A, RecordingError>,
+    other: impl FnOnce(&AtomicBool) -> Result<B, RecordingError> + Send,
+) -> Result<(A, B), RecordingError> {
+    let is_in_vain = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let other = scope.spawn(|| other(&is_in_vain));
+        let one = one();
+        is_in_vain.store(one.is_err(), Ordering::Relaxed);
+        let other = other.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok((one?, other?))
+    })
+}
+
+impl Recording {
+    /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
+    /// there, so many before that, and whether they are its last.
+    pub(crate) fn pass(
+        &self,
+        stream: usize,
+        channels: &[&Channel],
+        before: u64,
+        progress: &mut Progress<'_>,
+        visit: &mut Visit<'_>,
+    ) -> Result<(), RecordingError> {
+        let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
+        let mut block = Block::new(channels.len());
+        for part in self.order(stream) {
+            let samples = self.streams[stream].parts[part].samples;
+            block.resize(0);
+            for first in (0..samples).step_by(BLOCK) {
+                let (end, kept) = (samples.min(first + BLOCK as u64), block.len() as u64);
+                // Rarely, so that the rest is seldom moved.
+                block.drop_first(if kept > 2 * before { (kept - before) as usize } else { 0 });
+                let from = first - block.len() as u64;
+                source.read(part, first..end, &mut block)?;
+                visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
+                progress.done += end - first;
+                if (progress.watch)(progress.done, progress.of) {
+                    return Err(RecordingError::Interrupted);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes over channels of a stream, in two halves at once if they are many and reading takes less than what follows. `pass`
+    /// returns what it finds in some of them, which does not depend on the others.
+    pub(crate) fn in_halves<T: Send>(
+        &self,
+        stream: usize,
+        channels: usize,
+        progress: &mut Progress<'_>,
+        pass: impl Fn(Range<usize>, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
+    ) -> Result<Vec<T>, RecordingError> {
+        let is_quick = matches!(self.description.streams[stream].kind(), Some(Kind::Npy | Kind::Raw));
+        let half =
+            if is_quick { channels.div_ceil(2).next_multiple_of(LANES).min(channels) } else { channels };
+        if half == channels {
+            return Ok(vec![pass(0..channels, progress)?]);
+        }
+        let other = |is_in_vain: &AtomicBool| {
+            let watch = &mut |_, _| is_in_vain.load(Ordering::Relaxed);
+            pass(half..channels, &mut Progress { watch, done: 0, of: 0 })
+        };
+        let (one, other) = at_once(|| pass(0..half, progress), other)?;
+        Ok(vec![one, other])
+    }
+
+    fn samples(
+        &self,
+        stream: usize,
+        file: usize,
+        channels: &[&Channel],
+    ) -> Result<Box<dyn Samples>, RecordingError> {
+        let (stream, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
+        let columns = channels.iter().map(|channel| channel.column.clone());
+        match &stream.time {
+            Some(time) if stream.resample.is_some() => {
+                let columns: Vec<Column> = [time.column.clone()].into_iter().chain(columns).collect();
+                let samples = self.folder.open(stream, &surveyed.files[file], &columns)?;
+                let unit_s = time.unit_of(samples.as_ref()).map_or(1.0, |unit| unit.scale);
+                Ok(Box::new(Resampled::new(samples, channels.len(), surveyed.interval_s / unit_s)))
+            }
+            _ => self.folder.open(stream, &surveyed.files[file], &columns.collect::<Vec<_>>()),
+        }
+    }
+}

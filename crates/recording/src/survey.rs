@@ -11,7 +11,7 @@ use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once: of whole messages of `/signal`.
-pub(crate) const BLOCK: usize = 2 * SignalRecord::MOST_SAMPLES as usize;
+pub(crate) const BLOCK: usize = SignalRecord::MOST_SAMPLES as usize;
 
 /// Of a column of times, every so many are kept; those between are interpolated.
 const EACH: u64 = 1024;

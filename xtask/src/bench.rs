@@ -23,7 +23,7 @@ together take about twenty minutes. Parts:
   chains          longer and shorter chains
   switches        the cost of a block switch, against the number of blocks
   resolution      the study of resolution with up to 3,200 blocks
-  pays            runs in which the fast solver may save no time over the plain one
+  pays            runs in which the fast solver may save no time
   slab            slabs, beside a loop over their nodes
   area            sheets and bodies
   junctions       steps of contacts made of junctions

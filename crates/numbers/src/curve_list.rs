@@ -434,6 +434,10 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         let state = match law.evolution {
             Evolution::Ageing => (1.0 + (after / before - 1.0) * (-slip).exp()).ln(),
             Evolution::Slip => (after / before).ln() * (-slip).exp(),
+            Evolution::Prz => {
+                let (jump, worn) = (after / before, (0.5 * slip).tanh());
+                ((jump + worn) / (1.0 + jump * worn)).ln()
+            }
         };
         (slip, law.coefficient(after, law.steady_state(b, after) + b * state))
     };
@@ -519,9 +523,13 @@ mod tests {
     #[test]
     fn friction_is_the_pull_without_radiation_beside_its_closed_form() {
         let steady = 0.6 - 0.005 * 10f64.ln();
-        for (evolution, state) in
-            [("ageing", (1.0 + 9.0 * (-1f64).exp()).ln()), ("slip", 10f64.ln() * (-1f64).exp())]
-        {
+        // Of prz theta over its steady value follows a hyperbolic cotangent from 10 on: (11 e + 9) / (11 e - 9) behind D_c.
+        let e = 1f64.exp();
+        for (evolution, state) in [
+            ("ageing", (1.0 + 9.0 / e).ln()),
+            ("slip", 10f64.ln() / e),
+            ("prz", ((11.0 * e + 9.0) / (11.0 * e - 9.0)).ln()),
+        ] {
             let [theory, measured] = friction("slip", 2, &step(evolution)).unwrap();
             near(measured[0], (0.0, 0.6));
             near(measured[1], (1.0, 0.6));

@@ -55,11 +55,11 @@ pub(crate) fn peak_ratio(run: &RunEvents) -> Option<f64> {
     let (law, b) = law(run)?;
     let [before_m_per_s, after_m_per_s] = velocities_m_per_s(run);
     let aged_s = match law.evolution {
-        Evolution::Ageing => hold_s(run)?,
         Evolution::Slip => 0.0,
+        Evolution::Ageing | Evolution::Prz => hold_s(run)?,
     };
-    let steady_s = law.critical_slip_m / before_m_per_s;
-    let state = law.steady_state(b, before_m_per_s) + b * libm::log1p(aged_s / steady_s);
+    let aged = aged_s / law.steady_theta_s(before_m_per_s);
+    let state = law.steady_state(b, before_m_per_s) + b * libm::log1p(aged);
     (before_m_per_s > 0.0 && after_m_per_s > 0.0).then(|| law.coefficient(after_m_per_s, state))
 }
 

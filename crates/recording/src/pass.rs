@@ -124,9 +124,10 @@ impl Recording {
             let samples = self.streams[stream].parts[part].samples;
             block.resize(0);
             for first in (0..samples).step_by(BLOCK) {
-                let (end, kept) = (samples.min(first + BLOCK as u64), block.len() as u64);
-                // Rarely, so that the rest is seldom moved.
-                block.drop_first(if kept > 2 * before { (kept - before) as usize } else { 0 });
+                let (end, spare) =
+                    (samples.min(first + BLOCK as u64), (block.len() as u64).saturating_sub(before));
+                // Not each time, so that the rest is seldom moved.
+                block.drop_first(if spare > before / 4 { spare as usize } else { 0 });
                 let from = first - block.len() as u64;
                 source.read(part, first..end, &mut block)?;
                 visit(part, first, &Rows { first: from, block: &block }, end == samples)?;

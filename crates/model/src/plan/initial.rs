@@ -246,7 +246,12 @@ mod tests {
         let cases: [&[&str]; 5] = [
             &[],
             &["drive.kind=top", "drive.tilt=0.5", "prestress.ratio=0.2"],
-            &["normal_load.tilt=-1", "friction.radiation_kg_per_s=1e4", "friction.initial_kick=-3"],
+            &[
+                "normal_load.tilt=-1",
+                "friction.radiation_kg_per_s=1e4",
+                "friction.initial_kick=-3",
+                "friction.evolution=prz",
+            ],
             &[
                 "slider.blocks=1",
                 "friction.inertia=false",

@@ -238,7 +238,7 @@ mod tests {
     fn as_many_modes_grow_as_pairs_of_eigenvalues_do() {
         let mut counts = [0; 9];
         let mut cases = 0;
-        for evolution in ["ageing", "slip"] {
+        for evolution in ["ageing", "slip", "prz"] {
             for mass_kg in [0.012, 12.0, 1000.0] {
                 for modulus_pa in [2e6, 1e7, 1e8] {
                     for drive_n_per_m in [0.3e6, 1.2e6, 1.9e6, 4.4e6] {
@@ -271,7 +271,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(cases, 216);
+        assert_eq!(cases, 324);
         assert!(counts.iter().filter(|count| **count > 0).count() >= 7, "{counts:?}");
     }
 

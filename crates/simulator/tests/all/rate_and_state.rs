@@ -40,6 +40,23 @@ fn slips_behind_a_pulse_of_the_drive_are_events() {
     }
 }
 
+/// Onsets and largest speed of an independent integration at 1e-12.
+#[test]
+fn cycles_by_the_law_of_perrin_rice_and_zheng_are_those_of_another_program() {
+    let sets =
+        ["friction.evolution=prz", "time.duration_s=150", "time.tolerance=1e-10", "recording.fields_s=0"];
+    let records = records(solver(&plan("spring-slider", &sets)));
+    let found: Vec<f64> = detachments(&records).map(|(step, _)| step.time_s).collect();
+    let expected = [81.836734, 93.284474, 113.934126, 134.561573];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 2e-6, "{found} {expected}");
+    }
+    let fastest =
+        steps(&records).into_iter().filter_map(|step| step.peak_velocity_m_per_s).fold(0.0, f64::max);
+    assert!((fastest / 0.865462 - 1.0).abs() < 1e-5, "{fastest}");
+}
+
 /// Onsets at the tolerance of the table's programs, which agree in nine digits.
 #[test]
 fn cycles_of_a_slider_are_those_of_other_integrators() {
@@ -251,10 +268,11 @@ fn energies_close_to_the_tolerance() {
 
 /// A stiff machine whose velocity steps: the state follows its slip in closed form, the ageing law by
 /// `theta = Dc / V2 + (Dc / V1 - Dc / V2) exp(-d / Dc)`, the slip law by `ln(V2 theta / Dc) = ln(V2 / V1) exp(-d / Dc)`;
-/// at rest the ageing law heals by `theta = theta_0 + t`.
+/// at rest the ageing law heals by `theta = theta_0 + t`; by prz `V2 theta / 2 Dc` goes from `r = V2 / V1` on as
+/// `(r + w) / (1 + r w)`, with `w = tanh(d / 2 Dc)`.
 #[test]
 fn the_state_follows_velocity_steps_and_holds_in_closed_form() {
-    for evolution in ["ageing", "slip"] {
+    for evolution in ["ageing", "slip", "prz"] {
         let law = format!("friction.evolution={evolution}");
         let sets = [
             &law[..],
@@ -272,12 +290,14 @@ fn the_state_follows_velocity_steps_and_holds_in_closed_form() {
         ];
         let records = records(solver(&plan("spring-slider", &sets)));
         let (v1, v2, slip_m, b, v0) = (1e-5_f64, 1e-4_f64, 1e-5, 0.015, 1e-5);
+        let worn = |d: f64| (0.5 * d / slip_m).tanh();
         let mut checked = 0;
         for fields in fields(&records).into_iter().filter(|fields| fields.time_s > 1.0) {
             let d = (fields.time_s - 1.0) * v2;
             let decay = (-d / slip_m).exp();
             let expected = match evolution {
                 "ageing" => (slip_m / v2 + (slip_m / v1 - slip_m / v2) * decay) * v0 / slip_m,
+                "prz" => (v2 / v1 + worn(d)) / (1.0 + v2 / v1 * worn(d)) * v0 / v2,
                 _ => ((v2 / v1).ln() * decay).exp() * v0 / v2,
             };
             let found = ((fields.state[0] - 0.6) / b).exp();

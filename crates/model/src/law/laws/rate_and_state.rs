@@ -9,10 +9,13 @@
 //! above `V_0 exp(-psi / a)`, and 0 at rest. The state evolves by
 //!
 //! - ageing: `psi' = (b V_0 / D_c) [exp((f_0 - psi) / b) - |V| / V_0]`, that is `theta' = 1 - |V| theta / D_c`;
-//! - slip: `psi' = -(|V| / D_c) [psi - f_0 + b ln(|V| / V_0)]`, 0 at rest.
+//! - slip: `psi' = -(|V| / D_c) [psi - f_0 + b ln(|V| / V_0)]`, 0 at rest;
+//! - prz (Perrin, Rice and Zheng, J. Mech. Phys. Solids 43, 1461, 1995), with `2 D_c` in place of `D_c` in `psi`:
+//!   `psi' = (b V_0 / 2 D_c) [exp((f_0 - psi) / b) - (V / V_0)^2 exp((psi - f_0) / b)]`, that is
+//!   `theta' = 1 - (V theta / 2 D_c)^2`.
 //!
-//! Sliding backwards wears contacts as well, hence `|V|`. In steady sliding `theta = D_c / |V|`, and the coefficient
-//! is `f_0 + (a - b) ln(V / V_0)`. The load enters `F` at its present value; the state does not depend on it.
+//! Sliding backwards wears contacts as well, hence `|V|`. In steady sliding `theta` is `D_c / |V|`, by prz twice that, and
+//! the coefficient is `f_0 + (a - b) ln(V / V_0)`. The load enters `F` at its present value; the state does not depend on it.
 
 use crate::law::{ContactLaw, Sliding, Turn};
 use crate::scenario::Scenario;
@@ -25,6 +28,9 @@ words! {
         Ageing = "ageing",
         /// The state changes by slip alone: `theta' = -(|V| theta / D_c) ln(|V| theta / D_c)` (Ruina).
         Slip = "slip",
+        /// Contacts at rest strengthen, and wear by the square of slip: `theta' = 1 - (V theta / 2 D_c)^2` (Perrin, Rice
+        /// and Zheng).
+        Prz = "prz",
     }
 }
 
@@ -79,6 +85,12 @@ impl RateAndState {
         self.reference_coefficient - b * libm::log(velocity_m_per_s.abs() / self.reference_velocity_m_per_s)
     }
 
+    /// `theta` in steady sliding at a velocity, s.
+    pub fn steady_theta_s(&self, velocity_m_per_s: f64) -> f64 {
+        let slips = if self.evolution == Evolution::Prz { 2.0 } else { 1.0 };
+        slips * self.critical_slip_m / velocity_m_per_s.abs()
+    }
+
     /// Friction over the normal load, of the sign of the velocity: `a asinh[(V / 2 V_0) exp(psi / a)]`.
     /// `exp(psi / a)` is of the order of `e^60` and is never formed.
     pub fn coefficient(&self, velocity_m_per_s: f64, state: f64) -> f64 {
@@ -107,6 +119,16 @@ impl RateAndState {
                 [-speed_m_per_s * beyond / slip_m, -(beyond + b) / slip_m, -speed_m_per_s / slip_m]
             }
             Evolution::Slip => [0.0; 3],
+            Evolution::Prz => {
+                let healing_m_per_s = self.reference_velocity_m_per_s * libm::exp(-above / b);
+                let speeds = speed_m_per_s / healing_m_per_s;
+                let wear_m_per_s = speeds * speed_m_per_s;
+                [
+                    0.5 * b * (healing_m_per_s - wear_m_per_s) / slip_m,
+                    -b * speeds / slip_m,
+                    -0.5 * (healing_m_per_s + wear_m_per_s) / slip_m,
+                ]
+            }
         }
     }
 
@@ -219,6 +241,8 @@ mod tests {
         for (law, of_theta) in [
             (law(&[]), (|x| 1.0 - x) as fn(f64) -> f64),
             (law(&["friction.evolution=slip"]), |x: f64| -x * x.ln()),
+            // Of half of theta.
+            (law(&["friction.evolution=prz"]), |x| 0.5 * (1.0 - x * x)),
         ] {
             for (velocity, ratio) in CASES {
                 for b in [0.005, 0.015] {

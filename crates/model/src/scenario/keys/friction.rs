@@ -81,7 +81,7 @@ section! {
         /// Of rate-and-state: friction over the normal load in steady sliding at V_0.
         reference_coefficient: f64 = 0.6; POSITIVE, "f_0";
         /// Of rate-and-state, how the state theta changes: ageing, by 1 - |v| theta / D_c, at rest as well; slip, by
-        /// -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone.
+        /// -(|v| theta / D_c) ln(|v| theta / D_c), by slip alone; prz, by 1 - (v theta / 2 D_c)^2.
         evolution: Evolution = "ageing"; Word(Evolution::WORDS);
         /// Of rate-and-state: whether blocks have inertia. Without it (quasi-dynamic) the forces on each block, -E v
         /// among them, balance at every time; radiation_kg_per_s must be above 0 and slider.relative_damping 0, and

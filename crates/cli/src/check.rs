@@ -70,7 +70,7 @@ fn recorded_again(log: OpenLog, folder: &Path, board: &Board) -> Result<Checked,
     let open =
         Description::parse(&folder.join("recording.toml"), log.scenario_toml()).and_then(Recording::open);
     let recording = open.map_err(|error| recording::failed(&error))?;
-    let mut found = recording::detect(&recording, board)?;
+    let mut found = recording::detect(&recording, Recording::read, board)?;
     let recorded = recording::recorded(&recording, &mut found);
     Ok(recorded.check(log, recording.records(&mut found, &|| false)))
 }

@@ -95,11 +95,14 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
     }
 }
 
-/// Reads all files of a recording, with a bar, and reports warnings.
-pub(crate) fn detect(recording: &Recording, board: &Board) -> Result<Detected, Failure> {
+/// Ways to go through a recording: [`Recording::detect`], or [`Recording::read`].
+type Pass = fn(&Recording, &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError>;
+
+/// Goes through all files of a recording, with a bar, and reports warnings.
+pub(crate) fn detect(recording: &Recording, pass: Pass, board: &Board) -> Result<Detected, Failure> {
     interrupt::install()?;
     let name = recording.description.name.clone();
-    let found = recording.read(&mut |done, of| {
+    let found = pass(recording, &mut |done, of| {
         board.reached(&name, done as usize, of as usize);
         interrupt::has_come()
     });
@@ -132,7 +135,7 @@ pub(crate) fn failed(error: &RecordingError) -> Failure {
 
 fn validate(file: &RecordingFile, board: &Board) -> Result<(), Failure> {
     let recording = open(file)?;
-    detect(&recording, board)?;
+    detect(&recording, Recording::detect, board)?;
     terminal::say(format_args!("{}: valid", recording.description.name))?;
     for line in recording.in_words() {
         terminal::say(format_args!("  {line}"))?;
@@ -144,7 +147,7 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     let ReadArguments { recording: file, out, force } = arguments;
     fits("--out", out, "mcap", "a log")?;
     let recording = open(file)?;
-    let mut found = detect(&recording, board)?;
+    let mut found = detect(&recording, Recording::read, board)?;
     let recorded = recorded(&recording, &mut found);
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
     let records = recording.records(&mut found, &interrupt::has_come);

@@ -40,7 +40,7 @@ fn slips_behind_a_pulse_of_the_drive_are_events() {
     }
 }
 
-/// Onsets and largest speed of an independent integration at 1e-12.
+/// Onsets and largest speed of an independent program.
 #[test]
 fn cycles_by_the_law_of_perrin_rice_and_zheng_are_those_of_another_program() {
     let sets =

@@ -17,6 +17,7 @@
 //! alone.
 
 pub mod laws;
+pub mod weakening;
 
 use std::hint::select_unpredictable;
 
@@ -25,19 +26,34 @@ pub use laws::{junctions, rate_and_state};
 
 use crate::scenario::Scenario;
 
+/// The strength of a contact in a step, and what it remembers.
+#[derive(Debug, Clone, Copy)]
+pub struct Strength<'a> {
+    /// `mu_s p`, with its ageing.
+    pub static_n: f64,
+    /// `mu_d p`.
+    pub friction_n: f64,
+    /// The factor of the load on both; 1 unless the law is one of slip weakening, and both are those of the start.
+    pub load: f64,
+    /// The slip `D_c` over which friction falls from the one to the other; 0 for at once.
+    pub weakening_slip_m: f64,
+    /// Its memory ([`ContactLaw::MEMORY`]).
+    pub memory: &'a [f64],
+}
+
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Sliding<'a, const D: usize = 1> {
+    /// Its displacement.
+    pub displacement_m: [f64; D],
     /// Its velocity.
     pub velocity_m_per_s: [f64; D],
     /// All that pulls at it but friction.
     pub tangential_force_n: [f64; D],
-    /// `mu_d p`.
-    pub friction_n: f64,
     /// By how much a force of 1 N changes its velocity in the step, `dt / m`.
     pub step_over_mass_s_per_kg: f64,
-    /// Its memory ([`ContactLaw::MEMORY`]).
-    pub memory: &'a [f64],
+    /// Its strength and memory.
+    pub strength: Strength<'a>,
 }
 
 /// A sliding contact in a step that changes its velocity.
@@ -57,10 +73,12 @@ pub struct Stepped<const D: usize = 1> {
     pub step: u64,
     /// `dt`.
     pub step_s: f64,
-    /// Whether it re-attached in the step.
-    pub re_attached: bool,
+    /// Whether it detached or re-attached in the step.
+    pub switched: bool,
     /// Whether it enters the next step sliding.
     pub slides: bool,
+    /// Its displacement.
+    pub displacement_m: [f64; D],
     /// Its velocity.
     pub velocity_m_per_s: [f64; D],
     /// `mu_d p` in the step.
@@ -91,6 +109,10 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// have no meaning.
     const STICKS: bool = true;
 
+    /// Whether slips amplify rounding, so that the pull on blocks of a chain is computed by
+    /// [`Chain::pull_by_differences`](crate::body::elastic::Chain::pull_by_differences).
+    const AMPLIFIES: bool = false;
+
     /// Whether a stuck contact detaches by the force of its friction spring, `k_t |u - u_stick|` of the step, instead of
     /// the tangential force.
     const DETACHES_BY_SPRING: bool = false;
@@ -120,16 +142,29 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// returns. There the memory must not change but in the steps of [`ContactLaw::next_change_step`].
     const MEMORY: usize = 0;
 
-    /// The force at which a stuck contact detaches, N: at least `static_n`, which is `mu_s p` with its
-    /// ageing. Leaps end before the tangential force reaches `static_n`.
+    /// The force at which a stuck contact detaches, N: at least [`Strength::static_n`], before which leaps end,
+    /// unless the contact is [weak](ContactLaw::weak_until_step).
     #[inline(always)]
-    fn strength_n(&self, static_n: f64, _memory: &[f64]) -> f64 {
-        static_n
+    fn strength_n(&self, strength: &Strength<'_>) -> f64 {
+        strength.static_n
     }
 
-    /// Updates the memory of a contact after a step, except the one in which it detaches: records of that
-    /// step contain the strength at detachment.
+    /// The part of drag whose work is fracture energy: what it exceeds `mu_d p` by.
+    fn fracture_n(&self, _sliding: &Sliding<'_, D>) -> [f64; D] {
+        [0.0; D]
+    }
+
+    /// Updates the memory of a contact after a step. In the one in which it detaches its strength must not change:
+    /// records of that step contain it.
     fn remember(&self, _after: &Stepped<D>, _memory: &mut [f64]) {}
+
+    /// Sets the memory of a contact that a run finds sliding, at a displacement.
+    fn begin_slip(&self, _displacement_m: f64, _memory: &mut [f64]) {}
+
+    /// The step up to which a stuck contact may detach below `mu_s p`, so that nothing leaps; 0 for none.
+    fn weak_until_step(&self, _memory: &[f64]) -> u64 {
+        0
+    }
 
     /// The timer of a contact: the next step in which its memory changes although it sticks, after the last
     /// step taken; `u64::MAX` without one. No leap crosses it.
@@ -178,14 +213,14 @@ pub fn memory_of<const D: usize, L: ContactLaw<D>>(memory: &[f64], n: usize) -> 
 #[inline(always)]
 pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     let [v] = sliding.velocity_m_per_s;
-    select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
+    select_unpredictable(v == 0.0, 0.0, sliding.strength.friction_n.copysign(v))
 }
 
 /// [`amontons_coulomb_n`]; `at_rest` says whether it resists the pull on a block at rest, which it cannot reverse.
 #[inline(always)]
 pub fn resisting_n(sliding: &Sliding<'_>, at_rest: bool) -> f64 {
     let ([v], [pull]) = (sliding.velocity_m_per_s, sliding.tangential_force_n);
-    let resisting = sliding.friction_n.min(pull.abs()).copysign(pull);
+    let resisting = sliding.strength.friction_n.min(pull.abs()).copysign(pull);
     select_unpredictable(at_rest & (v == 0.0), resisting, amontons_coulomb_n(sliding))
 }
 

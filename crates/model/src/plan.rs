@@ -96,6 +96,8 @@ pub struct Friction {
     pub static_threshold_n: Vec<f64>,
     /// Sliding friction `mu_d p_n`.
     pub dynamic_friction_n: Vec<f64>,
+    /// The slip `D_c` over which each contact weakens; empty where all weaken at once.
+    pub weakening_slip_m: Vec<f64>,
     /// How thresholds grow while a block sticks.
     pub ageing: Option<Ageing>,
     /// Of rate-and-state, `b` of each contact, offsets included; empty by other laws. Its thresholds and sliding
@@ -148,6 +150,11 @@ pub struct DriveSpring {
 }
 
 impl Friction {
+    /// Whether friction falls with slip at any contact, instead of at once.
+    pub fn weakens(&self) -> bool {
+        !self.weakening_slip_m.is_empty()
+    }
+
     /// The largest `k_t`.
     pub fn stiffest_spring_n_per_m(&self) -> f64 {
         self.springs_n_per_m.iter().fold(0.0, |most: f64, spring| most.max(*spring))

@@ -187,6 +187,7 @@ impl Scenario {
         let offsets = Quantity::ALL.map(|of| (of.offsets_key(), of.offsets(self)));
         let others = [
             ("friction.evolution_offsets", self.friction.evolution_offsets.as_slice()),
+            ("friction.weakening_slip_offsets_m", &self.friction.weakening_slip_offsets_m),
             ("initial_shear.profile", &self.initial_shear.profile),
             ("prestress.profile", &self.prestress.profile),
             ("initial.displacement_m", &self.initial.displacement_m),

@@ -231,6 +231,9 @@ summary! {
             /// Work of radiation damping on sliding contacts, J; null in runs without it, whose ruptures may radiate into the
             /// slider.
             radiated_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.radiated_j),
+            /// The part of this heat above sliding friction: the fracture energy of contacts that weaken by slip, J; null in
+            /// runs without.
+            fracture_energy_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.fracture_energy_j),
             /// Energy that friction springs stored when blocks re-attached, less the energy that they
             /// lost when blocks detached, J.
             anchor_change_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.anchor_change_j),

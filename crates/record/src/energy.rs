@@ -32,6 +32,9 @@ pub struct Energy {
     /// Work of radiation damping on sliding contacts, `E v^2`, J; `None` in runs without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radiated_j: Option<f64>,
+    /// The part of the friction heat above sliding friction, where contacts weaken by slip, J; `None` in runs without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fracture_energy_j: Option<f64>,
 }
 
 impl Energy {
@@ -47,7 +50,8 @@ impl Energy {
             ("elastic_j", self.elastic_j),
             ("scheme_work_j", self.scheme_work_j),
         ];
-        always.into_iter().chain(self.radiated_j.map(|radiated_j| ("radiated_j", radiated_j)))
+        let of_parts = [("radiated_j", self.radiated_j), ("fracture_energy_j", self.fracture_energy_j)];
+        always.into_iter().chain(of_parts.into_iter().filter_map(|(name, energy_j)| Some((name, energy_j?))))
     }
 
     /// Energy put in less energy lost and stored: constant over a run except for rounding, and equal to

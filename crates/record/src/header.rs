@@ -40,6 +40,9 @@ pub struct RunHeader {
     /// Whether sliding contacts radiate, and records have that energy as one of its own.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub radiates: bool,
+    /// Whether contacts weaken by slip, and records have fracture energy.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub weakens: bool,
     /// Whether contacts have a state, by rate-and-state friction.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_state: bool,
@@ -85,6 +88,7 @@ impl RunHeader {
             junctions: self.junction_count > 0,
             area: self.rows > 1,
             radiation: self.radiates,
+            weakening: self.weakens,
             state: self.has_state,
             recording: self.sensors.is_some(),
         }

@@ -9,6 +9,8 @@ pub enum Part {
     Area,
     /// Radiated energy, where sliding contacts radiate.
     Radiation,
+    /// Fracture energy, where contacts weaken by slip.
+    Weakening,
     /// The state of contacts, by rate-and-state friction.
     State,
     /// Errors of what is measured, in the recording of a laboratory.
@@ -24,6 +26,8 @@ pub struct Parts {
     pub area: bool,
     /// [`Part::Radiation`].
     pub radiation: bool,
+    /// [`Part::Weakening`].
+    pub weakening: bool,
     /// [`Part::State`].
     pub state: bool,
     /// [`Part::Recording`].
@@ -33,7 +37,7 @@ pub struct Parts {
 impl Parts {
     /// What any run may have.
     pub const ALL: Parts =
-        Parts { junctions: true, area: true, radiation: true, state: true, recording: true };
+        Parts { junctions: true, area: true, radiation: true, weakening: true, state: true, recording: true };
 
     /// Whether the run has this.
     pub fn has(self, part: Part) -> bool {
@@ -41,6 +45,7 @@ impl Parts {
             Part::Junctions => self.junctions,
             Part::Area => self.area,
             Part::Radiation => self.radiation,
+            Part::Weakening => self.weakening,
             Part::State => self.state,
             Part::Recording => self.recording,
         }

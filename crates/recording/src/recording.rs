@@ -219,6 +219,7 @@ impl Recording {
             rows: 1,
             junction_count: 0,
             radiates: false,
+            weakens: false,
             has_state: false,
             time_step_s: time_grid.step_s(),
             longest_stable_step_s: None,

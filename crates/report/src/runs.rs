@@ -429,6 +429,7 @@ mod tests {
             rows: 1,
             junction_count: 0,
             radiates: false,
+            weakens: false,
             has_state: false,
             time_step_s: 1e-8,
             longest_stable_step_s: None,

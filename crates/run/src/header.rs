@@ -30,6 +30,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         rows: plan.elastic.layout().rows(),
         junction_count: scenario.junction_count(),
         radiates: scenario.radiates(),
+        weakens: scenario.weakens_by_slip(),
         has_state: scenario.has_state(),
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),

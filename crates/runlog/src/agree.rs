@@ -64,10 +64,14 @@ pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogP
         let what = "ft_fn_error, in a run that is no recording".to_owned();
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    if message.radiated_j.is_some() != header.radiates {
-        let what =
-            format!("radiated_j = {:?}, in a run with radiates = {}", message.radiated_j, header.radiates);
-        return Err(LogProblem::Contradiction { step: message.step, what });
+    for (name, energy_j, part, has) in [
+        ("radiated_j", message.radiated_j, "radiates", header.radiates),
+        ("fracture_energy_j", message.fracture_energy_j, "weakens", header.weakens),
+    ] {
+        if energy_j.is_some() != has {
+            let what = format!("{name} = {energy_j:?}, in a run with {part} = {has}");
+            return Err(LogProblem::Contradiction { step: message.step, what });
+        }
     }
     peak(message.peak_velocity_m_per_s, header)
         .and_then(|()| junctions(header, message))

@@ -70,6 +70,7 @@
 //!     rows: 1,
 //!     junction_count: 0,
 //!     radiates: false,
+//!     weakens: false,
 //!     has_state: false,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,

@@ -157,6 +157,9 @@ pub(crate) struct StepMessage {
     /// Work of radiation damping, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) radiated_j: Option<f64>,
+    /// The part of the friction heat above sliding friction, J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) fracture_energy_j: Option<f64>,
     /// Largest speed of any block since the message before, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) peak_velocity_m_per_s: Option<f64>,
@@ -240,6 +243,7 @@ impl StepMessage {
             elastic_j: energy.elastic_j,
             scheme_work_j: energy.scheme_work_j,
             radiated_j: energy.radiated_j,
+            fracture_energy_j: energy.fracture_energy_j,
             peak_velocity_m_per_s: record.peak_velocity_m_per_s,
             breaks: record.junctions.map(|totals| totals.breaks),
             repins: record.junctions.map(|totals| totals.repins),
@@ -264,6 +268,7 @@ impl StepMessage {
                 elastic_j: self.elastic_j,
                 scheme_work_j: self.scheme_work_j,
                 radiated_j: self.radiated_j,
+                fracture_energy_j: self.fracture_energy_j,
             },
             junctions: self.breaks.zip(self.repins).map(|(breaks, repins)| JunctionTotals { breaks, repins }),
             peak_velocity_m_per_s: self.peak_velocity_m_per_s,
@@ -383,7 +388,7 @@ impl Topic {
 }
 
 /// Fields of records that only runs with a part have.
-const OF_PARTS: [(Part, &[&str]); 5] = [
+const OF_PARTS: [(Part, &[&str]); 6] = [
     (Part::Junctions, &["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"]),
     (
         Part::Area,
@@ -395,6 +400,7 @@ const OF_PARTS: [(Part, &[&str]); 5] = [
         ],
     ),
     (Part::Radiation, &["radiated_j"]),
+    (Part::Weakening, &["fracture_energy_j"]),
     (Part::State, &["state", "peak_velocity_m_per_s"]),
     (Part::Recording, &["ft_fn_error", "error_s", "step_size", "step_size_error"]),
 ];

@@ -25,6 +25,7 @@ const FALLBACKS: &str = "solver_fallbacks";
 const ROWS: &str = "rows";
 const JUNCTION_COUNT: &str = "junction_count";
 const RADIATES: &str = "radiates";
+const WEAKENS: &str = "weakens";
 const HAS_STATE: &str = "has_state";
 const SLIDER_LENGTH: &str = "slider_length_m";
 const SENSORS: &str = "sensors_at_m";
@@ -114,6 +115,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         rows: map.parse_or(ROWS, "a whole number", 1)?,
         junction_count: map.parse_or(JUNCTION_COUNT, "a whole number", 0)?,
         radiates: map.parse_or(RADIATES, "true or false", false)?,
+        weakens: map.parse_or(WEAKENS, "true or false", false)?,
         has_state: map.parse_or(HAS_STATE, "true or false", false)?,
         time_step_s: map.positive("time_step_s")?,
         longest_stable_step_s: map
@@ -358,7 +360,8 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::{
-        CRC, HAS_STATE, JUNCTION_COUNT, LONGEST_STABLE_STEP, RADIATES, ROWS, header_from_map, header_to_map,
+        CRC, HAS_STATE, JUNCTION_COUNT, LONGEST_STABLE_STEP, RADIATES, ROWS, WEAKENS, header_from_map,
+        header_to_map,
     };
 
     #[test]
@@ -369,6 +372,7 @@ mod tests {
             (ROWS, "two"),
             (JUNCTION_COUNT, "-1"),
             (RADIATES, "yes"),
+            (WEAKENS, "yes"),
             (HAS_STATE, "1"),
             (LONGEST_STABLE_STEP, "0"),
         ];

@@ -415,6 +415,7 @@ impl Adaptive {
             elastic_j: bonds.chain(springs.map(|(k, w)| k * square(*w))).sum(),
             scheme_work_j: 0.0,
             radiated_j: (equations.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
+            fracture_energy_j: None,
         }
     }
 }

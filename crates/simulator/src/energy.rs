@@ -7,7 +7,7 @@
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes fixed;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts, without the part `E v` of `f`
-//!   that radiates; *radiated energy* `E v w` over them and `Z v w` of the dashpots of absorbing ends; *viscous loss*
+//!   that radiates, and of it *fracture energy*, by what contacts that weaken by slip rub more than `mu_d p`; *radiated energy* `E v w` over them and `Z v w` of the dashpots of absorbing ends; *viscous loss*
 //!   `v C w`, with the dampers of the other ends;
 //! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, ends, drive and friction springs:
@@ -149,6 +149,7 @@ impl Accounts {
             chain,
             by_steps: keeping == Bookkeeping::EveryStep
                 || plan.friction.law.holds()
+                || plan.friction.weakens()
                 || plan.friction.law.junctions().is_some()
                 || Radiated::of(plan, &chain) == Radiated::Apart
                 || plan.drive.course.is_some()
@@ -355,6 +356,7 @@ impl Accounts {
             elastic_j,
             scheme_work_j: scheme_j,
             radiated_j: (self.radiated != Radiated::None).then(|| ledger.radiated_j.value()),
+            fracture_energy_j: plan.friction.weakens().then(|| ledger.fracture_energy_j.value()),
         };
         if self.balances {
             self.balance(&mut energy);

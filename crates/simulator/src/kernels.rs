@@ -45,7 +45,7 @@ pub(crate) use linear::{
 };
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;
-pub(crate) use step::{After, Blocks, step, switching};
+pub(crate) use step::{After, Blocks, Strengths, step, switching};
 pub(crate) use terms::{
     Held, TermChain, Terms, classify, first_difference, radiate, second_difference, terms,
 };

@@ -311,8 +311,14 @@ impl Plan {
     pub fn parts(&self) -> Parts {
         let rows = self.rows[..self.numbered() as usize].iter().filter(|row| row.refused.is_none());
         // Only these keys decide, so one run of each of their values is enough.
-        let deciding = ["friction.law", "slider.across", "friction.radiation_kg_per_s"]
-            .map(|decides| self.common.keys.iter().position(|key| key == decides));
+        let deciding = [
+            "friction.law",
+            "slider.across",
+            "friction.radiation_kg_per_s",
+            "friction.weakening_slip_m",
+            "friction.weakening_slip_offsets_m",
+        ]
+        .map(|decides| self.common.keys.iter().position(|key| key == decides));
         let mut seen = BTreeSet::new();
         let value = |row: &Row, place: Option<usize>| place.map(|place| row.values[place].to_string());
         let firsts = rows.filter(|row| seen.insert(deciding.map(|place| value(row, place))));
@@ -320,6 +326,7 @@ impl Plan {
             junctions: parts.junctions || run.junction_count() > 0,
             area: parts.area || run.elastic().layout().is_area(),
             radiation: parts.radiation || run.radiates(),
+            weakening: parts.weakening || run.weakens_by_slip(),
             state: parts.state || run.has_state(),
             recording: false,
         })

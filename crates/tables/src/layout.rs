@@ -77,6 +77,8 @@ pub struct StepParts {
     pub area: bool,
     /// Radiated energy, where sliding contacts radiate.
     pub radiation: bool,
+    /// Fracture energy, where contacts weaken by slip.
+    pub weakening: bool,
     /// The state of contacts, by rate-and-state friction.
     pub state: bool,
     /// What sensors measured, in a recording.
@@ -95,6 +97,7 @@ impl StepParts {
             area: run.area,
             state: record.peak_velocity_m_per_s.is_some(),
             radiation: record.energy.radiated_j.is_some(),
+            weakening: record.energy.fracture_energy_j.is_some(),
             recording: run.recording,
         }
     }
@@ -266,6 +269,9 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
     if parts.radiation {
         columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
     }
+    if parts.weakening {
+        columns.push(number("fracture_energy_j", "The part of the friction heat above sliding friction."));
+    }
     if parts.state {
         columns.push(number("peak_velocity_m_per_s", "Largest speed of any block since the record before."));
     }
@@ -371,10 +377,20 @@ mod tests {
     #[test]
     fn energies_stand_last_in_the_order_of_their_fields() {
         for (end_forces, radiation) in [(false, false), (true, false), (true, true)] {
-            let radiated_j = radiation.then_some(0.0);
-            let energy = asperity_record::Energy { radiated_j, ..asperity_record::Energy::default() };
+            let of_part = radiation.then_some(0.0);
+            let energy = asperity_record::Energy {
+                radiated_j: of_part,
+                fracture_energy_j: of_part,
+                ..Default::default()
+            };
             let names: Vec<&str> = energy.parts().map(|(name, _)| name).collect();
-            let parts = StepParts { end_forces, energies: true, radiation, ..StepParts::default() };
+            let parts = StepParts {
+                end_forces,
+                energies: true,
+                radiation,
+                weakening: radiation,
+                ..StepParts::default()
+            };
             let columns = step_columns(parts);
             let last = columns[columns.len() - names.len()..].iter().map(|column| &*column.name);
             assert!(last.eq(names), "{columns:?}");

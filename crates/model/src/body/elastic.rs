@@ -171,6 +171,21 @@ impl Chain {
         tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
     }
 
+    /// [`Chain::pull`] in another order, `k ((u_{n+1} - u_n) - (u_n - u_{n-1})) + eta (...)`, whose rounding does not grow
+    /// with the displacement.
+    #[inline(always)]
+    pub fn pull_by_differences(&self, tau: &mut [f64], u: &[f64], v: &[f64]) {
+        let &Chain { stiffness_n_per_m: k, damping_kg_per_s: eta, .. } = self;
+        let last = tau.len() - 1;
+        let difference = |x: &[f64], n: usize| {
+            let right = if n < last { x[n + 1] - x[n] } else { 0.0 };
+            right - if n > 0 { x[n] - x[n - 1] } else { 0.0 }
+        };
+        for (n, tau) in tau.iter_mut().enumerate() {
+            *tau = k * difference(u, n) + eta * difference(v, n);
+        }
+    }
+
     /// `k u + eta v` of a node, the argument of [`Chain::pull_of_strains`].
     #[inline(always)]
     pub fn strain(&self, u: f64, v: f64) -> f64 {

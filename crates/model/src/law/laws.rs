@@ -1,6 +1,7 @@
 //! The registered contact laws: for each a file of the folder `laws` and a line of the list at the end.
 
-use crate::law::{Affine, ContactLaw, WithLaw, memory_of};
+use crate::law::weakening::Weakening;
+use crate::law::{Affine, ContactLaw, Strength, WithLaw};
 use crate::scenario::Scenario;
 use crate::scenario::choices::words;
 pub use junctions::Junctions;
@@ -93,32 +94,6 @@ macro_rules! laws {
                 form.filter(|_| self.memory() == 0)
             }
 
-            /// [`ContactLaw::MEMORY`].
-            pub fn memory(self) -> usize {
-                match self {
-                    $(Law::$law(_) => <$file::$law as ContactLaw>::MEMORY,)*
-                }
-            }
-
-            /// [`ContactLaw::strength_n`].
-            pub fn strength_n(self, static_n: f64, memory: &[f64], contact: usize) -> f64 {
-                match self {
-                    $(Law::$law(law) => law.strength_n(static_n, memory_of::<1, $file::$law>(memory, contact)),)*
-                }
-            }
-
-            /// The earliest of [`ContactLaw::next_change_step`], of the memory of all contacts.
-            pub fn next_change_step(self, memory: &[f64]) -> u64 {
-                if memory.is_empty() {
-                    return u64::MAX;
-                }
-                let contacts = memory.chunks_exact(self.memory());
-                let next_step = |memory: &[f64]| match self {
-                    $(Law::$law(law) => law.next_change_step(memory),)*
-                };
-                contacts.map(next_step).min().unwrap_or(u64::MAX)
-            }
-
             /// [`ContactLaw::detaches_by_spring`].
             pub fn detaches_by_spring(self) -> bool {
                 match self {
@@ -148,6 +123,90 @@ macro_rules! laws {
             }
         }
     };
+}
+
+/// What laws say of the memory of contacts, by the code that [`ContactLaw::with`] chooses.
+trait Remembers {
+    fn memory(&self) -> usize;
+    fn strength_n(&self, strength: &Strength<'_>) -> f64;
+    fn next_change_step(&self, memory: &[f64]) -> u64;
+    fn weak_until_step(&self, memory: &[f64]) -> u64;
+    fn begin(&self, slip: &[f64], displacement_m: &[f64], memory: &mut [f64]);
+}
+
+impl<L: ContactLaw> Remembers for L {
+    fn memory(&self) -> usize {
+        L::MEMORY
+    }
+
+    fn strength_n(&self, strength: &Strength<'_>) -> f64 {
+        ContactLaw::strength_n(self, strength)
+    }
+
+    fn next_change_step(&self, memory: &[f64]) -> u64 {
+        memory
+            .chunks_exact(L::MEMORY)
+            .map(|of| ContactLaw::next_change_step(self, of))
+            .min()
+            .unwrap_or(u64::MAX)
+    }
+
+    fn weak_until_step(&self, memory: &[f64]) -> u64 {
+        memory.chunks_exact(L::MEMORY).map(|of| ContactLaw::weak_until_step(self, of)).max().unwrap_or(0)
+    }
+
+    fn begin(&self, slip: &[f64], displacement_m: &[f64], memory: &mut [f64]) {
+        for ((memory, slip), u) in memory.chunks_exact_mut(L::MEMORY).zip(slip).zip(displacement_m) {
+            if *slip != 0.0 {
+                self.begin_slip(*u, memory);
+            }
+        }
+    }
+}
+
+/// A question to a law.
+struct Ask<F>(F);
+
+impl<T, F: FnOnce(&dyn Remembers) -> T> WithLaw for Ask<F> {
+    type Output = T;
+    fn with<L: ContactLaw>(self, law: L) -> T {
+        (self.0)(&law)
+    }
+}
+
+impl Law {
+    /// [`ContactLaw::MEMORY`].
+    pub fn memory(self) -> usize {
+        self.with(Ask(|law: &dyn Remembers| law.memory()))
+    }
+
+    /// [`ContactLaw::strength_n`].
+    pub fn strength_n(self, strength: &Strength<'_>) -> f64 {
+        self.with(Ask(|law: &dyn Remembers| law.strength_n(strength)))
+    }
+
+    /// The earliest of [`ContactLaw::next_change_step`], of the memory of all contacts; `u64::MAX` for none.
+    pub fn next_change_step(self, memory: &[f64]) -> u64 {
+        match memory {
+            [] => u64::MAX,
+            _ => self.with(Ask(|law: &dyn Remembers| law.next_change_step(memory))),
+        }
+    }
+
+    /// The latest of [`ContactLaw::weak_until_step`], of the memory of all contacts; 0 for none.
+    pub fn weak_until_step(self, memory: &[f64]) -> u64 {
+        match memory {
+            [] => 0,
+            _ => self.with(Ask(|law: &dyn Remembers| law.weak_until_step(memory))),
+        }
+    }
+
+    /// Sets the memory of contacts of which nothing is known but that they slide: [`ContactLaw::begin_slip`].
+    pub(crate) fn begin(self, slip: &[f64], displacement_m: &[f64], memory: &mut [f64]) {
+        if !memory.is_empty() {
+            self.with(Ask(|law: &dyn Remembers| law.begin(slip, displacement_m, memory)));
+        }
+    }
 }
 
 /// The keys of static and sliding friction.
@@ -188,6 +247,15 @@ impl Law {
     pub fn junctions(self) -> Option<Junctions> {
         match self {
             Law::Junctions(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// How friction falls with slip, if it does not fall at once.
+    pub fn weakening(self) -> Option<Weakening> {
+        match self {
+            Law::Rigid(law) => law.weakening,
+            Law::InterfacialSprings(law) => law.weakening,
             _ => None,
         }
     }

@@ -28,6 +28,11 @@ impl Course {
         self.knots.iter().all(|(_, value)| *value == self.start)
     }
 
+    /// The largest value.
+    pub fn largest(&self) -> f64 {
+        self.knots.iter().fold(self.start, |most, (_, value)| most.max(*value))
+    }
+
     /// The last step in which the value jumps.
     pub fn last_jump(&self) -> Option<u64> {
         let mut jumps = self.knots.windows(2).filter(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1);
@@ -125,6 +130,11 @@ impl ContactCourse {
                 start.iter().zip(end).map(|(start, end)| start + (end - start) * share).collect()
             }
         }
+    }
+
+    /// The largest value of a contact.
+    pub fn largest(&self, contact: usize) -> f64 {
+        self.knots.iter().fold(0.0, |most, (_, values)| most.max(values[contact]))
     }
 
     /// The first knot after a step; `u64::MAX` if there is none.

@@ -117,6 +117,11 @@ impl Plan {
                 dynamic_friction_n: scaled(&mu_d),
                 static_coefficients: mu_s,
                 dynamic_coefficients: mu_d,
+                weakening_slip_m: if scenario.weakens_by_slip() {
+                    scenario.weakening_slip_m()
+                } else {
+                    Vec::new()
+                },
                 ageing,
                 evolution_effects: evolution_effects(scenario),
             },
@@ -403,6 +408,19 @@ impl Scenario {
     /// What the first and the last block of a chain are joined to.
     fn ends(&self) -> [End; 2] {
         [self.slider.left_end, self.slider.right_end]
+    }
+
+    /// `D_c` of each contact.
+    pub fn weakening_slip_m(&self) -> Vec<f64> {
+        let friction = &self.friction;
+        let offset_m = |n: usize| friction.weakening_slip_offsets_m.get(n).copied().unwrap_or(0.0);
+        (0..self.slider.contacts() as usize).map(|n| friction.weakening_slip_m + offset_m(n)).collect()
+    }
+
+    /// Whether friction falls with slip at any contact, instead of at once.
+    pub fn weakens_by_slip(&self) -> bool {
+        let law = self.friction.law;
+        law.uses("friction.weakening_slip_m") && self.weakening_slip_m().iter().any(|slip_m| *slip_m > 0.0)
     }
 
     /// Whether contacts have a state, by rate-and-state friction.

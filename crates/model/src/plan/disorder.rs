@@ -12,7 +12,7 @@ use crate::scenario::choices::Distribution;
 use crate::scenario::keys::Disorder;
 
 /// Static coefficient of a block that never slides.
-const STUCK_COEFFICIENT: f64 = 1e6;
+pub(crate) const STUCK_COEFFICIENT: f64 = 1e6;
 
 /// A quantity that differs from contact to contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -223,6 +223,9 @@ impl GivenState {
         }
         if from.memory.len() == slider.memory.len() {
             slider.memory = from.memory;
+        } else {
+            // As if contacts that slide had just detached.
+            plan.friction.law.begin(&slider.slip, &slider.displacement_m, &mut slider.memory);
         }
         if from.stuck_since_step.len() == slider.stuck_since_step.len() {
             slider.stuck_since_step = from.stuck_since_step;

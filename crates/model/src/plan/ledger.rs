@@ -17,6 +17,9 @@ pub struct Ledger {
     /// Work of radiation damping; 0 where nothing radiates, and where it follows from the balance.
     #[serde(default, skip_serializing_if = "Sum::is_zero")]
     pub radiated_j: Sum,
+    /// The part of friction heat above sliding friction, of contacts that weaken by slip; 0 of others.
+    #[serde(default, skip_serializing_if = "Sum::is_zero")]
+    pub fracture_energy_j: Sum,
     /// Energy of friction springs at re-attachment, less their energy at detachment.
     pub anchor_change_j: Sum,
     /// Work of the dashpots; 0 where it follows from the balance.
@@ -49,6 +52,7 @@ impl Ledger {
             self.load_work_j,
             self.friction_heat_j,
             self.radiated_j,
+            self.fracture_energy_j,
             self.anchor_change_j,
             self.viscous_loss_j,
             self.scheme_work_j,

@@ -29,6 +29,11 @@ impl Load {
         self.0 * at_start_n
     }
 
+    /// The load over that of the start.
+    pub fn factor(self) -> f64 {
+        self.0
+    }
+
     /// The relative decrease from this load to another.
     pub fn fall_to(self, other: Load) -> f64 {
         1.0 - other.0 / self.0

@@ -36,6 +36,10 @@ impl Plan {
     pub fn outside(&self, step: u64, hold_step: u64) -> Outside<'_> {
         let moved = step.min(hold_step);
         let moved_m = match &self.drive.course {
+            // Contacts that weaken amplify rounding, so its order is part of their rules.
+            None if self.friction.weakens() => {
+                self.drive.velocity_m_per_s * (moved as f64 * self.grid.step_s())
+            }
             None => self.drive.velocity_m_per_s * self.grid.time_s(moved),
             Some(course) => course.integral(moved, u64::MAX) * self.grid.step_s(),
         };

@@ -169,7 +169,8 @@ mod tests {
         let value = match key.kind {
             Kind::Number(..) if key.kind.accepts_number(0.3) => "0.3",
             Kind::Number(..) => "0.001",
-            Kind::Numbers(..) => "[1.5]",
+            Kind::Numbers(..) if key.kind.accepts_number(1.5) => "[1.5]",
+            Kind::Numbers(..) => "[0.5]",
             Kind::Count(..) => "2",
             Kind::Word(words) => return format!("{:?}", words.last().unwrap()),
             Kind::Flag if key.default_in(true) == Some(&true.into()) => "false",

@@ -3,6 +3,7 @@
 mod bodies;
 mod courses;
 mod rate_and_state;
+mod weakening;
 
 use asperity_record::bounds::LEAST_MAGNITUDE;
 use asperity_record::{MOST_STEPS, TimeGrid, counted, rounded, short};
@@ -41,6 +42,7 @@ const RULES: &[Rule] = &[
     bodies::contacts_over_an_area_turn,
     both_ends_are_periodic_or_none,
     rate_and_state::steady_sliding_is_a_start,
+    weakening::weakening_is_known,
     junctions_bear_load_and_fit,
     loaded_starts_leave_out_nothing_but_known_motion,
     the_scheme_is_stable,
@@ -61,6 +63,7 @@ pub(crate) fn check(scenario: &Scenario, refusals: &mut Refusals<'_>) {
 
 /// Refuses a loaded start whose load the run never reaches. For scenarios that obey all rules.
 pub(crate) fn check_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    weakening::steps_resolve_the_fall(scenario, refusals);
     if let Some((key, problem, accepted)) = given_state::check(scenario) {
         return refusals.refuse(key, problem, accepted);
     }
@@ -395,6 +398,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
     // Where 0 stands for never, or for the end, less than a step does not.
     let times = [
         ("drive.hold_from_s", scenario.drive.hold_from_s),
+        ("friction.slip_memory_s", scenario.friction.slip_memory_s),
         ("initial.at_s", scenario.initial.at_s),
         ("recording.sample_s", scenario.recording.sample_s),
         ("recording.fields_s", scenario.recording.fields_s),

@@ -2,6 +2,7 @@
 
 use toml::Value;
 
+use crate::law::weakening::Weakening as Fall;
 use crate::plan::Plan;
 use crate::plan::derive::ADVISED_SHARE;
 use crate::plan::disorder::Quantity;
@@ -13,6 +14,7 @@ use crate::scenario::keys;
 use crate::scenario::text;
 use crate::theory::preview::Preview;
 use crate::theory::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
+use crate::theory::weakening::{Weakening, fall_time_s};
 
 /// Smallest driving force at the start, over the normal load, that exceeds rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
@@ -34,7 +36,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 17] = [
+const CHECKS: [(&str, Check); 18] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -50,6 +52,7 @@ const CHECKS: [(&str, Check); 17] = [
     ("nucleation-length", nucleation_length),
     ("many-rows", many_rows),
     ("event-speed", event_speed),
+    ("slip-weakening", slip_weakening),
     ("no-solid", |scenario, _| implausible::no_solid(scenario)),
     ("no-slip", |scenario, plan| implausible::no_slip(scenario, &Preview::of(scenario, plan))),
 ];
@@ -86,6 +89,39 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
 
 /// Most rows of blocks that a log may be asked for without a warning: of 24 bytes each, some 240 GB.
 const MANY_ROWS: f64 = 1e10;
+
+/// Largest `dt sqrt(k_w / m)` without a warning: half of it is the relative error of fracture energy.
+const FAST_FALL: f64 = 0.05;
+
+/// Warns where friction falls so fast that the time step or the lattice decides, and of contacts that a stop weakens.
+fn slip_weakening(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let share = scenario.time.step_s / fall_time_s(plan)?;
+    let d = Weakening::of(plan).map_or(f64::INFINITY, |of| of.weakening_slip_ratio);
+    let grows =
+        Fall::of(scenario).is_some_and(|fall| fall.strengthens()) && scenario.friction.slip_memory_s == 0.0;
+    let texts = [
+        (share > FAST_FALL).then(|| {
+            format!(
+                "time.step_s = {:e} is {share:.2} of sqrt(m / k_w): each slip dissipates some {:.0} % too much fracture \
+                 energy, in proportion to the step",
+                scenario.time.step_s,
+                50.0 * share
+            )
+        }),
+        (d < 1.0 && plan.blocks > 1).then(|| {
+            format!(
+                "friction.weakening_slip_m: d = D_c k / ((mu_s - mu_d) p) = {d:.3} is below 1, so that friction falls \
+                 within the slip of one block, and numbers are those of the lattice"
+            )
+        }),
+        grows.then(|| {
+            "friction.weakening_shares: a block that stops where friction is above mu_s p detaches at mu_s p again, \
+             without friction.slip_memory_s"
+                .to_owned()
+        }),
+    ];
+    texts.into_iter().flatten().reduce(|all, text| format!("{all}; {text}"))
+}
 
 /// Warns of scheduled records that hardly any disk holds.
 fn many_rows(_scenario: &Scenario, plan: &Plan) -> Option<String> {

@@ -3,10 +3,10 @@
 
 use std::hint::select_unpredictable;
 
-use asperity_model::law::{ContactLaw, Sliding, memory_of};
+use asperity_model::law::{ContactLaw, Sliding};
 
 use crate::kernels::simd::kernel;
-use crate::kernels::step::is_positive;
+use crate::kernels::step::{Strengths, is_positive};
 
 kernel! {
     /// The force on each contact along one axis, of springs, dashpots and from outside.
@@ -28,12 +28,7 @@ pub(crate) struct ContactInputs<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
     /// Whether any contact slides.
     pub(crate) any_slides: bool,
-    /// `mu_s p` without ageing.
-    pub(crate) threshold: &'a [f64],
-    /// `mu_d p`.
-    pub(crate) sliding_friction: &'a [f64],
-    /// Of all contacts.
-    pub(crate) memory: &'a [f64],
+    pub(crate) strengths: Strengths<'a>,
     pub(crate) kt: f64,
     pub(crate) dt_over_m: f64,
     /// Forces from outside, from which friction is taken.
@@ -61,10 +56,9 @@ fn apply_friction_to<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
     contacts: &mut ContactInputs<'_, D>,
     law: &L,
 ) -> bool {
-    let ContactInputs { memory, kt, dt_over_m, .. } = *contacts;
+    let ContactInputs { kt, dt_over_m, .. } = *contacts;
     let count = contacts.slip.len();
-    let (slip, threshold) = (&contacts.slip[..count], &contacts.threshold[..count]);
-    let sliding_friction = &contacts.sliding_friction[..count];
+    let (slip, strengths) = (&contacts.slip[..count], contacts.strengths.of_first(count));
     let [u, v, anchor, tau] = [contacts.u, contacts.v, contacts.anchor, contacts.tau]
         .map(|along| along.map(|along| &along[..count]));
     let outer = contacts.outer.each_mut().map(|along| &mut along[..count]);
@@ -77,14 +71,14 @@ fn apply_friction_to<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
         let (tau, u, anchor) = (at(tau), at(u), at(anchor));
         let mut resists =
             if L::HOLDS { tau } else { std::array::from_fn(|axis| kt * (u[axis] - anchor[axis])) };
-        let memory = memory_of::<D, L>(memory, n);
+        let strength = strengths.at::<D, L>(n);
         if SLIDES {
             let drag = law.drag_n(&Sliding {
+                displacement_m: u,
                 velocity_m_per_s: at(v),
                 tangential_force_n: tau,
-                friction_n: sliding_friction[n],
                 step_over_mass_s_per_kg: dt_over_m,
-                memory,
+                strength,
             });
             for axis in 0..D {
                 resists[axis] = select_unpredictable(slip[n] != 0.0, drag[axis], resists[axis]);
@@ -94,7 +88,7 @@ fn apply_friction_to<const D: usize, L: ContactLaw<D>, const SLIDES: bool>(
         for axis in 0..D {
             outer[axis][n] -= resists[axis];
         }
-        let strength = law.strength_n(threshold[n], memory);
+        let strength = law.strength_n(&strength);
         let detached_by = match D {
             1 => tau[0].abs() - strength,
             _ => tau.into_iter().fold(0.0, |sum, tau| sum + tau * tau) - strength * strength * SURELY_BELOW,
@@ -162,7 +156,7 @@ mod tests {
     use asperity_model::resolve;
 
     use super::ContactInputs;
-    use crate::kernels::{self, After, by_all};
+    use crate::kernels::{self, After, Strengths, by_all};
     use crate::step::law::{ContactLoops, loops};
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
@@ -195,6 +189,11 @@ mod tests {
             }
         }
 
+        fn strengths(&self) -> Strengths<'_> {
+            let (threshold, sliding_friction) = (&self.threshold, &self.sliding_friction);
+            Strengths { threshold, sliding_friction, load: 1.0, weakening_slip: &[], memory: &[] }
+        }
+
         /// The hint, forces from outside, friction of sliding contacts, works and marks, as bits.
         fn rubbed(&self, law: &dyn ContactLoops<D>, any_slides: bool) -> (bool, Vec<u64>, Vec<u64>) {
             let count = self.slip.len();
@@ -208,23 +207,14 @@ mod tests {
                 tau,
                 slip: &self.slip,
                 any_slides,
-                threshold: &self.threshold,
-                sliding_friction: &self.sliding_friction,
-                memory: &[],
+                strengths: self.strengths(),
                 kt: 2.1,
                 dt_over_m: 0.013,
                 outer: outer.each_mut().map(Vec::as_mut_slice),
                 friction: friction.each_mut().map(Vec::as_mut_slice),
             });
             let works = kernels::friction_work(v, all(&friction), &self.slip, any_slides);
-            let after = After {
-                slip: &self.slip,
-                direction: v,
-                v_new: u,
-                tau,
-                threshold: &self.threshold,
-                memory: &[],
-            };
+            let after = After { slip: &self.slip, direction: v, v_new: u, tau, strengths: self.strengths() };
             let mut marks = vec![0; count.div_ceil(64)];
             law.switching(&mut marks, &after);
             let bits = outer.iter().chain(&friction).flatten().chain(&works).map(|x| x.to_bits());

@@ -5,13 +5,16 @@
 use std::hint::select_unpredictable;
 
 use asperity_model::body::elastic::Chain;
-use asperity_model::law::{ContactLaw, Sliding, memory_of};
+use asperity_model::law::{ContactLaw, Sliding};
 
 use crate::kernels::simd::kernel;
+use crate::kernels::step::Strengths;
 
 /// A completed step.
 pub(crate) struct Moved<'a> {
     pub(crate) chain: &'a Chain,
+    /// Displacements before the step.
+    pub(crate) u: &'a [f64],
     /// Velocities before the step and after it.
     pub(crate) v: &'a [f64],
     pub(crate) v_new: &'a [f64],
@@ -19,9 +22,7 @@ pub(crate) struct Moved<'a> {
     pub(crate) tau: &'a [f64],
     /// Not 0 for the contacts that slid in it.
     pub(crate) slip: &'a [f64],
-    pub(crate) sliding_friction: &'a [f64],
-    /// Of all contacts.
-    pub(crate) memory: &'a [f64],
+    pub(crate) strengths: Strengths<'a>,
     pub(crate) kt: &'a [f64],
     pub(crate) dt: f64,
     pub(crate) mass: f64,
@@ -70,14 +71,15 @@ kernel! {
     /// stopped.
     fn step_work[L: ContactLaw](moved: &Moved<'_>, law: &L) -> StepWork {
         let chain = moved.chain;
-        let &Moved { v, v_new, tau, slip, sliding_friction, memory, kt, dt, mass, .. } = moved;
-        let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64, n: usize| {
+        let &Moved { u, v, v_new, tau, slip, strengths, kt, dt, mass, .. } = moved;
+        let Strengths { threshold, sliding_friction, .. } = strengths;
+        let rubbing = |u: f64, [v, v_new]: [f64; 2], tau: f64, slip: f64, [static_n, friction_n]: [f64; 2], n: usize| {
             let [friction] = law.drag_n(&Sliding {
+                displacement_m: [u],
                 velocity_m_per_s: [v],
                 tangential_force_n: [tau],
-                friction_n: sliding_friction,
                 step_over_mass_s_per_kg: dt / mass,
-                memory: memory_of::<1, L>(memory, n),
+                strength: strengths.of::<1, L>(n, static_n, friction_n),
             });
             select_unpredictable(slip != 0.0, friction * v_new, 0.0)
         };
@@ -90,18 +92,18 @@ kernel! {
         let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
         let [friction_w, dampers_w, scheme_j] = sums(
             last,
-            [v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt],
-            |n, [v, v_next, v_new, v_new_next, tau, slip, sliding_friction, kt]| {
+            [u, v, v_next, v_new, v_new_next, tau, slip, threshold, sliding_friction, kt],
+            |n, [u, v, v_next, v_new, v_new_next, tau, slip, threshold, sliding_friction, kt]| {
                 [
-                    rubbing(v, v_new, tau, slip, sliding_friction, n),
+                    rubbing(u, [v, v_new], tau, slip, [threshold, sliding_friction], n),
                     chain.bond_loss(v_next - v, v_new_next - v_new),
                     scheme(v, v_new, slip, kt, chain.bond_energy(v_new_next - v_new)),
                 ]
             },
         );
+        let (velocities, strengths) = ([v[last], v_new[last]], [threshold[last], sliding_friction[last]]);
         StepWork {
-            friction_w: friction_w
-                + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),
+            friction_w: friction_w + rubbing(u[last], velocities, tau[last], slip[last], strengths, last),
             dampers_w,
             scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], kt[last], 0.0),
         }

@@ -4,9 +4,60 @@
 use std::hint::select_unpredictable;
 
 use asperity_model::body::elastic::Chain;
-use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude, memory_of};
+use asperity_model::law::{ContactLaw, Sliding, Strength, Turn, magnitude, memory_of};
 
 use crate::kernels::simd::kernel;
+
+/// Strength and memory of all contacts in a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Strengths<'a> {
+    /// `mu_s p` without ageing.
+    pub(crate) threshold: &'a [f64],
+    /// `mu_d p`.
+    pub(crate) sliding_friction: &'a [f64],
+    /// The factor of the load on both, where it is not in them.
+    pub(crate) load: f64,
+    /// `D_c`; empty by laws without.
+    pub(crate) weakening_slip: &'a [f64],
+    /// Empty by a law without.
+    pub(crate) memory: &'a [f64],
+}
+
+impl<'a> Strengths<'a> {
+    /// Those of the first contacts, which lets compilers leave out checks of bounds.
+    #[inline(always)]
+    pub(crate) fn of_first(self, count: usize) -> Self {
+        let (threshold, sliding_friction) = (&self.threshold[..count], &self.sliding_friction[..count]);
+        Strengths { threshold, sliding_friction, ..self }
+    }
+
+    /// That of a contact.
+    #[inline(always)]
+    pub(crate) fn at<const D: usize, L: ContactLaw<D>>(&self, n: usize) -> Strength<'a> {
+        self.of::<D, L>(n, self.threshold[n], self.sliding_friction[n])
+    }
+
+    /// The same, given its static threshold and sliding friction.
+    #[inline(always)]
+    pub(crate) fn of<const D: usize, L: ContactLaw<D>>(
+        &self,
+        n: usize,
+        static_n: f64,
+        friction_n: f64,
+    ) -> Strength<'a> {
+        Strength {
+            static_n,
+            friction_n,
+            load: self.load,
+            weakening_slip_m: if L::MEMORY > 0 {
+                self.weakening_slip.get(n).copied().unwrap_or(0.0)
+            } else {
+                0.0
+            },
+            memory: memory_of::<D, L>(self.memory, n),
+        }
+    }
+}
 
 /// The inputs of a chain's step. Nodes move, contacts rub; every node carries one contact.
 pub(crate) struct Blocks<'a> {
@@ -21,10 +72,7 @@ pub(crate) struct Blocks<'a> {
     /// One number per contact.
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
-    pub(crate) threshold: &'a [f64],
-    pub(crate) sliding_friction: &'a [f64],
-    /// Of all contacts; empty by a law without.
-    pub(crate) memory: &'a [f64],
+    pub(crate) strengths: Strengths<'a>,
     /// `k_t`.
     pub(crate) kt: &'a [f64],
     /// `dt` and `dt / m`.
@@ -45,11 +93,14 @@ kernel! {
         let &Blocks { chain, is_pulled_inside, dt, dt_over_m, .. } = old;
         let blocks = u_new.len();
         let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-        let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, kt, .. } = *old;
+        let Blocks { u, v, u_stick, slip, outer_force, kt, .. } = *old;
         let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-        let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+        let strengths = old.strengths.of_first(blocks);
         let (outer_force, kt) = (&outer_force[..blocks], &kt[..blocks]);
-        chain.pull(tau, u, v);
+        match L::AMPLIFIES {
+            true => chain.pull_by_differences(tau, u, v),
+            false => chain.pull(tau, u, v),
+        }
         if is_pulled_inside {
             for (tau, force) in tau.iter_mut().zip(outer_force) {
                 *tau += force;
@@ -63,12 +114,13 @@ kernel! {
         let mut beyond = u64::MAX;
         for n in 0..blocks {
             let slides = slip[n] != 0.0;
+            let strength = strengths.at::<1, L>(n);
             let [drag] = law.drag_n(&Sliding {
+                displacement_m: [u[n]],
                 velocity_m_per_s: [v[n]],
                 tangential_force_n: [tau[n]],
-                friction_n: sliding_friction[n],
                 step_over_mass_s_per_kg: dt_over_m,
-                memory: memory_of::<1, L>(memory, n),
+                strength,
             });
             let held = kt[n] * (u[n] - u_stick[n]);
             let force = if L::HOLDS {
@@ -83,7 +135,7 @@ kernel! {
             u_new[n] = u[n] + new_v * dt;
 
             let detaching = if L::DETACHES_BY_SPRING { held } else { tau[n] };
-            let detached_by = detaching.abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
+            let detached_by = detaching.abs() - law.strength_n(&strength);
             let turned_by = law.turned_by(&Turn { direction: [v[n]], new_velocity_m_per_s: [new_v] });
             beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
         }
@@ -106,20 +158,18 @@ pub(crate) struct After<'a, const D: usize> {
     pub(crate) v_new: [&'a [f64]; D],
     /// Forces by which stuck contacts detach.
     pub(crate) tau: [&'a [f64]; D],
-    pub(crate) threshold: &'a [f64],
-    /// Of all contacts.
-    pub(crate) memory: &'a [f64],
+    pub(crate) strengths: Strengths<'a>,
 }
 
 kernel! {
     /// Sets the bit of every contact that switches in a step, or may switch where contacts age. Each
     /// number has the bits of 64 contacts.
     fn switching[const D: usize, L: ContactLaw<D>](marks: &mut [u64], after: &After<'_, D>, law: &L) {
-        let &After { slip, direction, v_new, tau, threshold, memory } = after;
+        let &After { slip, direction, v_new, tau, strengths } = after;
         for (group, mark) in marks.iter_mut().enumerate() {
             let from = group * 64;
             let to = slip.len().min(from + 64);
-            let (slip, threshold) = (&slip[from..to], &threshold[from..to]);
+            let slip = &slip[from..to];
             let [direction, v_new, tau] =
                 [direction, v_new, tau].map(|along| along.map(|along| &along[from..to]));
             let mut bits = 0u64;
@@ -127,7 +177,7 @@ kernel! {
                 let slides = slip[n] != 0.0;
                 let at = |along: [&[f64]; D]| along.map(|along| along[n]);
                 let rests = law.re_attaches(&Turn { direction: at(direction), new_velocity_m_per_s: at(v_new) });
-                let strength_n = law.strength_n(threshold[n], memory_of::<D, L>(memory, from + n));
+                let strength_n = law.strength_n(&strengths.at::<D, L>(from + n));
                 let detaches = magnitude(at(tau)) >= strength_n;
                 bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
             }
@@ -144,7 +194,7 @@ mod tests {
     use asperity_model::law::laws::FrictionLaw;
     use asperity_model::{Scenario, ScenarioSource};
 
-    use super::{After, Blocks};
+    use super::{After, Blocks, Strengths};
     use crate::kernels::by_all;
     use crate::step::law::{ChainLoops, loops};
 
@@ -157,6 +207,10 @@ mod tests {
                 (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
             })
             .collect()
+    }
+
+    fn strengths<'a>(threshold: &'a [f64], sliding_friction: &'a [f64]) -> Strengths<'a> {
+        Strengths { threshold, sliding_friction, load: 1.0, weakening_slip: &[], memory: &[] }
     }
 
     const BY_SPRING: &str = "friction.detach_by = \"spring\"\n";
@@ -197,9 +251,7 @@ mod tests {
                         is_pulled_inside: step % 2 == 0,
                         u_stick: &u_stick,
                         slip: &slip,
-                        threshold: &threshold,
-                        sliding_friction: &sliding_friction,
-                        memory: &[],
+                        strengths: strengths(&threshold, &sliding_friction),
                         dt: 0.01,
                         dt_over_m: 0.013,
                         kt: &vec![2.1; blocks],
@@ -241,9 +293,7 @@ mod tests {
                     is_pulled_inside: true,
                     u_stick: &alone(if by_spring { -force } else { 0.0 }),
                     slip: &slip,
-                    threshold: &[1.0; BLOCKS],
-                    sliding_friction: &[0.0; BLOCKS],
-                    memory: &[],
+                    strengths: strengths(&[1.0; BLOCKS], &[0.0; BLOCKS]),
                     dt: 1.0,
                     dt_over_m: 1.0,
                     kt: &[f64::from(u8::from(by_spring)); BLOCKS],
@@ -257,8 +307,7 @@ mod tests {
                         direction: [&v],
                         v_new: [&v_new],
                         tau: [if by_spring { &springs_n } else { &tau }],
-                        threshold: old.threshold,
-                        memory: &[],
+                        strengths: old.strengths,
                     };
                     let mut marks = [0];
                     law.switching(&mut marks, &after);

@@ -243,6 +243,12 @@ impl<L: Leaps> Solver for Fast<L> {
                 continue;
             }
             let state = self.stepper.state();
+            let weak_until_step = self.plan.friction.law.weak_until_step(&state.memory);
+            if weak_until_step > state.step {
+                self.pace.take_singly(weak_until_step - state.step);
+                self.take_plain_step()?;
+                continue;
+            }
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             let [here, next] = [0, 1].map(|ahead| self.plan.outside(state.step + ahead, state.hold_step));
             if here.acceleration() != 0.0 {

@@ -44,7 +44,7 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool;
 
     /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
-    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]);
+    fn mark_switches(&self, plan: &Plan, state: &SliderState, marks: &mut [u64]);
 
     /// The magnitude of the force by which a stuck contact detached in this step: that of the tangential force without
     /// friction, unless the law says otherwise.

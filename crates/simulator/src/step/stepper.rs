@@ -89,7 +89,7 @@ impl<B: Body> Stepper<B> {
     /// Puts the switches of this step in force for the next.
     fn switch_contacts(&mut self) {
         let Stepper { plan, state, body, marks, switched, .. } = self;
-        body.mark_switches(state, marks);
+        body.mark_switches(plan, state, marks);
         // Energy of the friction springs that attach, less that of those that detach.
         let mut anchored_j = 0.0;
         for (group, mark) in marks.iter().enumerate() {

@@ -4,9 +4,12 @@
 //! step, and so is the driving force that stops a drive; a static threshold may also grow while its
 //! contact sticks. In a slab, the normal load of a contact follows from its state.
 
+use asperity_model::law;
 use asperity_model::plan::Ageing;
 use asperity_model::plan::load::{Load, Ramp};
 use asperity_model::{Plan, SliderState};
+
+use crate::kernels::Strengths;
 
 /// The sum of the driving forces at which the drive point stops, proportional to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +68,26 @@ impl Strength {
         self.load_changes || self.age
     }
 
+    /// Those of all contacts in a step. Where contacts weaken by slip, the load of the start and its factor: friction is
+    /// computed at the start, and multiplied once.
+    #[inline]
+    pub(crate) fn of_contacts<'a>(&'a self, plan: &'a Plan, memory: &'a [f64]) -> Strengths<'a> {
+        let friction = &plan.friction;
+        let weakening_slip = friction.weakening_slip_m.as_slice();
+        if friction.weakens() && plan.has_given_loads() {
+            let (threshold, sliding_friction) = (&friction.static_threshold_n, &friction.dynamic_friction_n);
+            return Strengths {
+                threshold,
+                sliding_friction,
+                load: self.load.factor(),
+                weakening_slip,
+                memory,
+            };
+        }
+        let (threshold, sliding_friction) = (&self.threshold_n, &self.sliding_friction_n);
+        Strengths { threshold, sliding_friction, load: 1.0, weakening_slip, memory }
+    }
+
     /// Updates them to the normal loads of all contacts.
     pub(crate) fn update(&mut self, plan: &Plan, normal_load_n: &[f64]) {
         for (n, p) in normal_load_n.iter().enumerate() {
@@ -114,14 +137,28 @@ fn aged(plan: &Plan, young: f64, growth: impl Fn(&Ageing) -> f64, since_step: Op
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
 /// that has detached since, the one that it had reached.
 pub fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    let static_n = match state.normal_load_n.get(n) {
-        Some(normal_load_n) => static_coefficient(plan, state, n) * normal_load_n,
+    let friction = &plan.friction;
+    let (mut static_n, mut friction_n, mut load) = match state.normal_load_n.get(n) {
+        Some(normal_load_n) => {
+            let friction_n = friction.dynamic_coefficients[n] * normal_load_n;
+            (static_coefficient(plan, state, n) * normal_load_n, friction_n, 1.0)
+        }
         None => {
             let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
-            plan.outside(state.step, state.hold_step).load().scaled_n(aged_n)
+            (
+                aged_n,
+                friction.dynamic_friction_n[n],
+                plan.outside(state.step, state.hold_step).load().factor(),
+            )
         }
     };
-    plan.friction.law.strength_n(static_n, &state.memory, n)
+    let weakening_slip_m = friction.weakening_slip_m.get(n).copied().unwrap_or(0.0);
+    if !friction.weakens() {
+        (static_n, friction_n, load) = (load * static_n, load * friction_n, 1.0);
+    }
+    let count = friction.law.memory();
+    let memory = &state.memory[n * count..][..count];
+    friction.law.strength_n(&law::Strength { static_n, friction_n, load, weakening_slip_m, memory })
 }
 
 /// Raises the lower bounds on thresholds to their values at the next step: while contacts stick,

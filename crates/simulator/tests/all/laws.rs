@@ -101,6 +101,8 @@ fn by_every_law_and_drive(one_of: usize) {
             "normal_load.tilt=0.3",
         ],
         &["slider.relative_damping=0"],
+        &["friction.law=rigid", "friction.weakening_slip_m=1e-7", HOLD, UNLOAD_S, UNLOAD_N],
+        &["friction.law=rigid", "friction.weakening_slip_m=1e-7", "friction.slip_memory_s=1e-3"],
         &["friction.law=rigid", "friction.drag_at_rest=true"],
         &["initial_velocity.amplitude_m_per_s=0.1"],
         &["friction.law=velocity-weakening", "friction.drag_at_rest=true"],

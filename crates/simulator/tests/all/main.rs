@@ -21,5 +21,6 @@ mod radiation;
 mod rate_and_state;
 mod slab;
 mod slab_fast;
+mod slip_weakening;
 mod stops;
 mod thresholds;

@@ -1,6 +1,8 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
-//! `-mu_d p sign(v) - E v` and re-attaches, at rest, in the step in which its velocity would change sign.
+//! `-mu_d p sign(v) - E v`, or more as it weakens by slip, and re-attaches, at rest, in the step in which its velocity
+//! would change sign.
 
+use crate::law::weakening::{Weakening, Weakens};
 use crate::law::{Affine, ContactLaw, Sliding, Turn, WithLaw, amontons_coulomb_n, kept_at_rest, resisting_n};
 use crate::scenario::Scenario;
 
@@ -11,6 +13,8 @@ pub struct Rigid<const PLAIN: bool = false> {
     radiation_kg_per_s: f64,
     /// Whether friction resists in the first step of a slip.
     at_rest: bool,
+    /// How friction falls with slip, if it does not fall at once.
+    pub(super) weakening: Option<Weakening>,
 }
 
 /// By how much a block still slides the way it did: below 0 where its velocity has changed sign.
@@ -21,12 +25,21 @@ pub(super) fn goes_on(turn: &Turn) -> f64 {
 
 impl<const PLAIN: bool> ContactLaw for Rigid<PLAIN> {
     const HOLDS: bool = true;
-    const KEYS: &'static [&'static str] = &["friction.drag_at_rest", "friction.radiation_kg_per_s"];
+    const KEYS: &'static [&'static str] = &[
+        "friction.drag_at_rest",
+        "friction.radiation_kg_per_s",
+        "friction.weakening_slip_m",
+        "friction.weakening_slip_offsets_m",
+        "friction.weakening_fractions",
+        "friction.weakening_shares",
+        "friction.slip_memory_s",
+    ];
 
     fn of(scenario: &Scenario) -> Self {
         Rigid {
             radiation_kg_per_s: scenario.friction.radiation_kg_per_s,
             at_rest: scenario.friction.drag_at_rest,
+            weakening: Weakening::of(scenario),
         }
     }
 
@@ -50,7 +63,7 @@ impl<const PLAIN: bool> ContactLaw for Rigid<PLAIN> {
     }
 
     fn affine(&self) -> Option<Affine> {
-        (!self.at_rest).then_some(Affine { forward_only: false })
+        (!self.at_rest && self.weakening.is_none()).then_some(Affine { forward_only: false })
     }
 
     fn radiation_kg_per_s(&self) -> f64 {
@@ -58,10 +71,13 @@ impl<const PLAIN: bool> ContactLaw for Rigid<PLAIN> {
     }
 
     fn with<W: WithLaw>(self, what: W) -> W::Output {
-        let Rigid { radiation_kg_per_s, at_rest } = self;
+        let Rigid { radiation_kg_per_s, at_rest, weakening } = self;
+        if let Some(weakening) = weakening {
+            return what.with(Weakens { law: Rigid::<false> { radiation_kg_per_s, at_rest: true, weakening: None }, at_rest, weakening });
+        }
         if radiation_kg_per_s > 0.0 || at_rest {
             return what.with(self);
         }
-        what.with(Rigid::<true> { radiation_kg_per_s, at_rest })
+        what.with(Rigid::<true> { radiation_kg_per_s, at_rest, weakening })
     }
 }

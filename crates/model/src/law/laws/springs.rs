@@ -1,10 +1,12 @@
 //! Amontons-Coulomb with interfacial springs (section 5.3): a spring pulls a stuck contact to its anchor, a
-//! sliding one feels `-mu_d p sign(v) - E v` (5.14), over an area `-mu_d p w / |w|` (docs/area.md).
+//! sliding one feels `-mu_d p sign(v) - E v` (5.14), or more as it weakens by slip; over an area
+//! `-mu_d p w / |w|` (docs/area.md).
 
 use std::hint::select_unpredictable;
 
 use crate::scenario::choices::DetachBy;
-use crate::law::{Affine, ContactLaw, Sliding, Turn, WithLaw, amontons_coulomb_n, magnitude};
+use crate::law::weakening::{Weakening, Weakens};
+use crate::law::{Affine, ContactLaw, Sliding, Strength, Turn, WithLaw, amontons_coulomb_n, magnitude};
 use crate::scenario::Scenario;
 
 /// The law of the thesis; `BY_SPRING` in loops over contacts that their friction springs detach.
@@ -17,6 +19,8 @@ pub struct InterfacialSprings<const BY_SPRING: bool = false> {
     by_spring: bool,
     /// `E`.
     radiation_kg_per_s: f64,
+    /// How friction falls with slip, if it does not fall at once.
+    pub(super) weakening: Option<Weakening>,
 }
 
 impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
@@ -30,6 +34,10 @@ impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
         "friction.ageing_coefficient",
         "friction.ageing_time_s",
         "friction.radiation_kg_per_s",
+        "friction.weakening_slip_m",
+        "friction.weakening_slip_offsets_m",
+        "friction.weakening_fractions",
+        "friction.weakening_shares",
     ];
 
     fn of(scenario: &Scenario) -> Self {
@@ -37,6 +45,7 @@ impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
             two_way: scenario.friction.is_two_way(),
             by_spring: scenario.friction.detach_by == DetachBy::Spring,
             radiation_kg_per_s: scenario.friction.radiation_kg_per_s,
+            weakening: Weakening::of(scenario),
         }
     }
 
@@ -59,7 +68,7 @@ impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
     }
 
     fn affine(&self) -> Option<Affine> {
-        Some(Affine { forward_only: !self.two_way })
+        self.weakening.is_none().then_some(Affine { forward_only: !self.two_way })
     }
 
     fn radiation_kg_per_s(&self) -> f64 {
@@ -71,10 +80,13 @@ impl<const BY_SPRING: bool> ContactLaw for InterfacialSprings<BY_SPRING> {
     }
 
     fn with<W: WithLaw>(self, what: W) -> W::Output {
-        let InterfacialSprings { two_way, by_spring, radiation_kg_per_s } = self;
+        let InterfacialSprings { two_way, by_spring, radiation_kg_per_s, weakening } = self;
+        if let Some(weakening) = weakening {
+            return what.with(Weakens { law: InterfacialSprings::<false> { two_way, by_spring, radiation_kg_per_s, weakening: None }, at_rest: false, weakening });
+        }
         match (radiation_kg_per_s > 0.0, two_way) {
             _ if by_spring => {
-                what.with(InterfacialSprings::<true> { two_way, by_spring, radiation_kg_per_s })
+                what.with(InterfacialSprings::<true> { two_way, by_spring, radiation_kg_per_s, weakening })
             }
             (true, _) => what.with(self),
             (false, true) => what.with(ByRule::<true>),
@@ -90,7 +102,7 @@ struct ByRule<const TWO_WAY: bool>;
 
 impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
     const LAW: InterfacialSprings =
-        InterfacialSprings { two_way: TWO_WAY, by_spring: false, radiation_kg_per_s: 0.0 };
+        InterfacialSprings { two_way: TWO_WAY, by_spring: false, radiation_kg_per_s: 0.0, weakening: None };
 }
 
 impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
@@ -137,7 +149,7 @@ impl ContactLaw<2> for SpringsOverArea {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding<'_, 2>) -> [f64; 2] {
-        let &Sliding { velocity_m_per_s: v, tangential_force_n: tau, friction_n, .. } = sliding;
+        let &Sliding { velocity_m_per_s: v, tangential_force_n: tau, strength: Strength { friction_n, .. }, .. } = sliding;
         let by = sliding.step_over_mass_s_per_kg;
         let coming = [v[0] + tau[0] * by, v[1] + tau[1] * by];
         let goes_on = product(coming, v) > 0.0;
@@ -161,7 +173,7 @@ fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{InterfacialSprings, SpringsOverArea};
-    use crate::law::{ContactLaw, Sliding, Turn, magnitude};
+    use crate::law::{ContactLaw, Sliding, Strength, Turn, magnitude};
     use crate::plan::splitmix::mixed;
 
     const STEP_OVER_MASS_S_PER_KG: f64 = 0.013;
@@ -173,11 +185,11 @@ mod tests {
 
     fn sliding<const D: usize>(v: [f64; D], tau: [f64; D], friction_n: f64) -> Sliding<'static, D> {
         Sliding {
+            displacement_m: [0.0; D],
             velocity_m_per_s: v,
             tangential_force_n: tau,
-            friction_n,
             step_over_mass_s_per_kg: STEP_OVER_MASS_S_PER_KG,
-            memory: &[],
+            strength: Strength { static_n: friction_n, friction_n, load: 1.0, weakening_slip_m: 0.0, memory: &[] },
         }
     }
 
@@ -188,7 +200,7 @@ mod tests {
     /// To the bit: friction whichever way it slides, and re-attachment of what slides forwards.
     #[test]
     fn along_one_axis_the_law_over_an_area_is_the_one_way_rule() {
-        let one_way: InterfacialSprings = InterfacialSprings { two_way: false, by_spring: false, radiation_kg_per_s: 0.0 };
+        let one_way: InterfacialSprings = InterfacialSprings { two_way: false, by_spring: false, radiation_kg_per_s: 0.0, weakening: None };
         for n in 0..10_000 {
             let [v, tau, new_v] = [1, 2, 3].map(|seed| number(seed, n));
             // Also speeds far below those that a step changes, and rest.

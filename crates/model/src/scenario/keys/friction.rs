@@ -15,6 +15,8 @@ use crate::scenario::keys::List;
 const MOST_JUNCTIONS: u64 = 10_000;
 /// Largest kick of a start, `ln(V / V_l)`: from nanometres to kilometres per second.
 const MOST_KICK: f64 = 30.0;
+/// Largest friction while a contact weakens, above sliding friction, over that at which it detaches.
+const MOST_SHARE: f64 = 10.0;
 
 section! {
     /// `[friction]`
@@ -105,6 +107,20 @@ section! {
         static_offsets: List = List::new(); Numbers(Unbounded, Unbounded);
         /// What is added to mu_d, block by block; empty for nothing.
         dynamic_offsets: List = List::new(); Numbers(Unbounded, Unbounded);
+        /// The slip over which friction falls from mu_s p to mu_d p (docs/slip-weakening.md), of rigid and
+        /// interfacial-springs; 0 for at once.
+        weakening_slip_m: f64 = 0.0; NOT_NEGATIVE, "D_c";
+        needs &[(OneRowAcross, "slip along a vector has no length that is known here")];
+        /// What is added to D_c, block by block; empty for nothing. Every sum is 0 or above.
+        weakening_slip_offsets_m: List = List::new(); Numbers(Unbounded, Unbounded);
+        needs &[(OneRowAcross, "slip along a vector has no length that is known here")];
+        /// Up to three slips over D_c, ascending, at which the fall of friction changes its slope.
+        weakening_fractions: List = List::new(); Numbers(Excluded(0.0), Excluded(1.0)), "x_i";
+        /// Friction at these slips: mu_d p + s_i (mu_s - mu_d) p.
+        weakening_shares: List = List::new(); Numbers(Included(0.0), Included(MOST_SHARE)), "s_i";
+        /// Of rigid: how long a block must rest before it detaches at mu_s p again, instead of at the friction to which
+        /// it had weakened when it stopped. 0 for at once.
+        slip_memory_s: f64 = 0.0; NOT_NEGATIVE, "t_h";
         /// Blocks that never detach, unless nothing presses them, counted from 1, ascending: their mu_s is 1e6.
         stuck_blocks: List = List::new(); Numbers(Included(1.0), Unbounded);
         /// Random spread that is added to mu_s, block by block: by disorder.distribution half the width, the standard

@@ -235,6 +235,50 @@ const CASES: &[(&str, &str)] = &[
         "friction.law: how the contacts of a sheet slip along a vector is not derived for friction.law = \"junctions\"",
     ),
     (
+        "slider.blocks = 2\nfriction.weakening_slip_m = 1e-8\nfriction.weakening_slip_offsets_m = [0, -2e-8]",
+        "friction.weakening_slip_offsets_m: block 2 gets D_c = -1e-8 m (accepted: D_c >= 0 for every block)",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-8\nfriction.weakening_fractions = [0.5]",
+        "friction.weakening_shares: 0 shares at 1 fraction (accepted: as many as friction.weakening_fractions)",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-8\nfriction.weakening_fractions = [0.5, 0.25]\nfriction.weakening_shares = [1, 1]",
+        "friction.weakening_fractions: [0.5, 0.25] (accepted: up to 3 ascending numbers above 0 and below 1)",
+    ),
+    (
+        "friction.weakening_fractions = [0.5]\nfriction.weakening_shares = [1]",
+        "friction.weakening_fractions: friction does not weaken by slip (accepted: friction.weakening_slip_m above 0",
+    ),
+    (
+        "friction.law = \"rigid\"\nfriction.slip_memory_s = 1e-3",
+        "friction.slip_memory_s: friction does not weaken by slip",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-8\nfriction.ageing_coefficient = 0.1",
+        "friction.ageing_coefficient: 0.1 beside friction.weakening_slip_m",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-8\nfriction.detach_by = \"spring\"",
+        "friction.detach_by: \"spring\" beside friction.weakening_slip_m",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-8\nfriction.weakening_fractions = [0.5]\nfriction.weakening_shares = [11]",
+        "friction.weakening_shares: [11] is not accepted (accepted: a list, each a number from 0 to 10)",
+    ),
+    (
+        "friction.law = \"rigid\"\nfriction.weakening_slip_m = 1e-8\nfriction.slip_memory_s = 1.5e-8",
+        "friction.slip_memory_s: 0.000000015 is not a whole number of steps",
+    ),
+    (
+        "slider.across = 6\nfriction.reattach = \"turn\"\nfriction.weakening_slip_m = 1e-8",
+        "friction.weakening_slip_m: 1e-8 has no meaning for a sheet",
+    ),
+    (
+        "friction.weakening_slip_m = 1e-13\nfriction.law = \"rigid\"",
+        "time.step_s: 1e-8 is above the time sqrt(m / k_w) in which friction falls, by friction.weakening_slip_m",
+    ),
+    (
         "slider.across = 6\ndrive.across = 7",
         "drive.across: the sheet has no row 7 across (accepted: a whole number from",
     ),

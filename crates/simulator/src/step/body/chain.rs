@@ -15,7 +15,7 @@ use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{self, After, Blocks, Moved};
 use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::JunctionLoops;
-use crate::step::law::{ChainLoops, loops};
+use crate::step::law::{ChainLoops, Rubbing, loops};
 use crate::step::strength::Strength;
 
 /// A chain of blocks.
@@ -160,9 +160,7 @@ impl Body for ChainBody {
             is_pulled_inside: self.is_pulled_inside,
             u_stick: &state.stick_position_m,
             slip: if self.junctions.is_some() { &self.free } else { &state.slip },
-            threshold: &self.strength.threshold_n,
-            sliding_friction: &self.strength.sliding_friction_n,
-            memory: &state.memory,
+            strengths: self.strength.of_contacts(plan, &state.memory),
             dt,
             dt_over_m: dt / plan.block_mass_kg,
             kt: &plan.friction.springs_n_per_m,
@@ -192,7 +190,7 @@ impl Body for ChainBody {
         junctions.repin(pinned, &mut state.stick_position_m, &state.slip, strength, after)
     }
 
-    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+    fn mark_switches(&self, plan: &Plan, state: &SliderState, marks: &mut [u64]) {
         if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
             return junctions.mark_switches(pinned, &state.slip, marks);
         }
@@ -201,8 +199,7 @@ impl Body for ChainBody {
             direction: [&self.former_velocity_m_per_s],
             v_new: [&state.velocity_m_per_s],
             tau: [self.by_springs.as_ref().map_or(&state.tangential_force_n, |[last_n, _]| last_n)],
-            threshold: &self.strength.threshold_n,
-            memory: &state.memory,
+            strengths: self.strength.of_contacts(plan, &state.memory),
         };
         self.law.switching(marks, &after);
     }
@@ -226,12 +223,12 @@ impl Body for ChainBody {
         }
         let moved = Moved {
             chain: &self.chain,
+            u: &self.former_displacement_m,
             v: &self.former_velocity_m_per_s,
             v_new: &state.velocity_m_per_s,
             tau: &state.tangential_force_n,
             slip: if self.junctions.is_some() { &self.free } else { &state.slip },
-            sliding_friction: &self.strength.sliding_friction_n,
-            memory: &state.memory,
+            strengths: self.strength.of_contacts(plan, &state.memory),
             kt: &plan.friction.springs_n_per_m,
             dt: plan.grid.step_s(),
             mass: plan.block_mass_kg,
@@ -249,6 +246,12 @@ impl Body for ChainBody {
             }
         }
         let mut work = self.law.step_work(&moved);
+        if plan.friction.weakens() {
+            let Moved { u, v, tau, slip, strengths, dt, mass, .. } = moved;
+            let contacts = Rubbing { u: [u], v: [v], tau: [tau], slip, strengths, dt_over_m: dt / mass };
+            let fracture_w = self.law.fracture_w(&contacts, [moved.v_new]);
+            state.energy.fracture_energy_j.add(dt * fracture_w);
+        }
         if let Some(junctions) = &self.junctions {
             let [heat_j, scheme_j] = junctions.heat_and_scheme_j(&state.velocity_m_per_s);
             state.energy.friction_heat_j.add(heat_j);

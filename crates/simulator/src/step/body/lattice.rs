@@ -29,7 +29,7 @@ use crate::energy::lattice_energy::stored_j;
 use crate::kernels::{self, After, ContactInputs};
 use crate::step::body::{Body, OfPlan};
 use crate::step::junctions::JunctionLoops;
-use crate::step::law::{ContactLoops, loops, loops_over_area};
+use crate::step::law::{ContactLoops, Rubbing, loops, loops_over_area};
 use crate::step::strength::Strength;
 
 /// A lattice whose contacts have `D` tangential freedoms.
@@ -157,7 +157,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         let LatticeBody { lattice, springs_n, dashpots_n, outer_n, .. } = self;
         kernels::lattice_springs(springs_n, u, lattice);
         kernels::lattice_dashpots(dashpots_n, v, lattice);
-        let first = if plan.friction.law.holds() { 0 } else { D };
+        let first = if plan.friction.law.holds() || plan.friction.weakens() { 0 } else { D };
         for axis in first..lattice.axes() {
             let former = axis * contacts..(axis + 1) * contacts;
             self.former_displacement_m[former].copy_from_slice(&u[axis * nodes..][..contacts]);
@@ -200,9 +200,7 @@ impl<const D: usize> Body for LatticeBody<D> {
                     tau: along(&state.tangential_force_n, contacts, contacts),
                     slip: &state.slip,
                     any_slides: state.sliding > 0,
-                    threshold: &self.strength.threshold_n,
-                    sliding_friction: &self.strength.sliding_friction_n,
-                    memory: &state.memory,
+                    strengths: self.strength.of_contacts(plan, &state.memory),
                     kt: plan.friction.interfacial_stiffness_n_per_m,
                     dt_over_m,
                     outer: array::from_fn(|_| outer_n.next().expect("one for each axis")),
@@ -221,7 +219,7 @@ impl<const D: usize> Body for LatticeBody<D> {
         may_switch
     }
 
-    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+    fn mark_switches(&self, plan: &Plan, state: &SliderState, marks: &mut [u64]) {
         if let (Some(junctions), Some(pinned)) = (&self.junctions, &state.junctions) {
             return junctions.mark_switches(pinned, &state.slip, marks);
         }
@@ -231,8 +229,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             direction: along(&self.direction, contacts, contacts),
             v_new: along(&state.velocity_m_per_s, nodes, contacts),
             tau: along(&state.tangential_force_n, contacts, contacts),
-            threshold: &self.strength.threshold_n,
-            memory: &state.memory,
+            strengths: self.strength.of_contacts(plan, &state.memory),
         };
         self.law.switching(marks, &after);
     }
@@ -292,6 +289,18 @@ impl<const D: usize> Body for LatticeBody<D> {
             let parts = lattice.top_row().zip(&plan.top_load_n);
             parts.map(|(node, load_n)| -outside.load().scaled_n(*load_n) * v[upward.start + node]).sum()
         });
+        if plan.friction.weakens() && state.sliding > 0 {
+            let rubbing = Rubbing {
+                u: along(&self.former_displacement_m, contacts, contacts),
+                v: along(&self.direction, contacts, contacts),
+                tau: along(&state.tangential_force_n, contacts, contacts),
+                slip: &state.slip,
+                strengths: self.strength.of_contacts(plan, &state.memory),
+                dt_over_m: dt / plan.block_mass_kg,
+            };
+            let fracture_w = self.law.fracture_w(&rubbing, along(v, nodes, contacts));
+            state.energy.fracture_energy_j.add(dt * fracture_w);
+        }
         let ledger = &mut state.energy;
         ledger.drive_work_j.add(advance_m * drive_n);
         ledger.load_work_j.add(dt * pressed_w);
@@ -321,6 +330,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             elastic_j,
             scheme_work_j: ledger.scheme_work_j.value() - 0.5 * plan.grid.step_s() * ahead_w,
             radiated_j: None,
+            fracture_energy_j: plan.friction.weakens().then(|| ledger.fracture_energy_j.value()),
         }
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use asperity_model::scenario::text::short;
 use asperity_model::theory::stability::FEWEST_NUCLEATION_BLOCKS;
+use asperity_model::theory::weakening::Weakening;
 use asperity_model::{Plan, Preview, Scenario, Stability, Warning};
 use asperity_record::counted;
 
@@ -15,13 +16,11 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         let spacings = length_m / scenario.slider.spacing_m();
         format!(", decay length l_0 = {} m = {} a", short(length_m), short(spacings))
     });
+    let after = decay.into_iter().chain(preview.weakening.as_ref().map(of_weakening)).collect::<String>();
     let material = match density_kg_per_m3.zip(*wave_speed_m_per_s) {
-        Some((density, speed)) => format!(
-            "density {} kg/m^3, waves at c = {} m/s{}",
-            short(density),
-            short(speed),
-            decay.unwrap_or_default()
-        ),
+        Some((density, speed)) => {
+            format!("density {} kg/m^3, waves at c = {} m/s{after}", short(density), short(speed),)
+        }
         None if scenario.slider.blocks == 1 => {
             "no inertia: slider.mass_kg sets only the link time".to_owned()
         }
@@ -63,6 +62,19 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         (None, _) => "never".to_owned(),
     };
     [("material", material), ("load", load), ("first slip", first_slip)]
+}
+
+/// How friction falls over a slip, and the length over which slip nucleates.
+fn of_weakening(weakening: &Weakening) -> String {
+    let Weakening { weakening_n_per_m, weakening_slip_ratio, nucleation_blocks } = weakening;
+    let over = nucleation_blocks.map(|blocks| {
+        let d = short(*weakening_slip_ratio);
+        format!(
+            ", d = k/k_w = {d} (lattice below 1), nucleation length pi a sqrt(k/k_w) = {} a",
+            short(blocks)
+        )
+    });
+    format!(", friction falls by k_w = {} N/m{}", short(*weakening_n_per_m), over.unwrap_or_default())
 }
 
 /// When a run begins, on its clock.
@@ -156,7 +168,9 @@ mod tests {
     use asperity_model::resolve;
     use asperity_model::{Preview, Warning};
 
-    use super::{folded, lines, ranges};
+    use asperity_model::theory::weakening::Weakening;
+
+    use super::{folded, lines, of_weakening, ranges};
 
     fn said(sets: &[&str]) -> Vec<String> {
         let scenario = resolve("default", sets).expect("it is accepted");
@@ -218,6 +232,16 @@ mod tests {
             "material: no inertia: slider.mass_kg sets only the link time and the unit of front speeds, c = 1414 m/s"
         );
         assert!(chain[0].starts_with("material: density 1067 kg/m^3, waves at c = "), "{}", chain[0]);
+    }
+
+    #[test]
+    fn friction_that_falls_over_a_slip_has_a_nucleation_length() {
+        assert_eq!(
+            of_weakening(&Weakening::new(8e6, 2e8, 0.0)),
+            ", friction falls by k_w = 8e6 N/m, d = k/k_w = 25 (lattice below 1), nucleation length pi a sqrt(k/k_w) = \
+             15.71 a"
+        );
+        assert_eq!(of_weakening(&Weakening::new(1e7, 0.0, 8e5)), ", friction falls by k_w = 1e7 N/m");
     }
 
     #[test]

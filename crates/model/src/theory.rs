@@ -4,3 +4,4 @@ pub mod analytic;
 pub mod front;
 pub mod preview;
 pub mod stability;
+pub mod weakening;

@@ -13,7 +13,13 @@ fn rows(name: &str) -> Vec<Vec<f64>> {
 }
 
 fn front(alpha: f64, beta: f64, gamma: f64, tau: f64) -> Front {
-    Front { prestress: tau, relative_damping: beta, top_stiffness: gamma, relative_radiation: alpha }
+    Front {
+        prestress: tau,
+        relative_damping: beta,
+        top_stiffness: gamma,
+        relative_radiation: alpha,
+        ..Front::default()
+    }
 }
 
 /// The largest relative deviation of speeds, given as fronts with the speed of a table, times a factor.

@@ -286,9 +286,11 @@ fn pulse(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         curves.push(Curve::new(Role::Measured, "", velocity));
         curves.push(Curve::new(Role::Measured, "", slip).below());
     }
-    if let Some(slip) = fronts::theory(run).and_then(|theory| theory.pulse_slip()) {
+    if let Some((theory, slip)) = fronts::theory(run).and_then(|theory| Some((theory, theory.pulse_slip()?)))
+    {
+        let formula = if theory.weakening_slip > 0.0 { "[τ + √(τ² − γd)]/γ" } else { "2τ/γ" };
         curves.push(Curve::new(Role::Guide, "", vec![(from, slip), (to, slip)]).below());
-        curves.push(Curve::remark("dotted: 2τ/γ").below());
+        curves.push(Curve::remark(format!("dotted: {formula}")).below());
     }
     Ok(curves)
 }

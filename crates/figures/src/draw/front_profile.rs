@@ -137,7 +137,7 @@ fn theory(run: &RunData, (loads, states): (&[Load], &States), rupture: &Rupture)
     if !plan.has_theory() {
         return Vec::new();
     }
-    let front = |n: usize| Front::with_prestress(plan, prestress(n)?).speed_over_c();
+    let front = |n: usize| Front::with_prestress(plan, n, prestress(n)?).speed_over_c();
     let blocks = rupture.first_block..=rupture.last_block;
     let speed = |n: usize| front(n).unwrap_or(f64::NAN);
     let speeds: Vec<(f64, f64)> = blocks.map(|block| (f64::from(block), speed(block as usize - 1))).collect();

@@ -2,7 +2,7 @@
 //! contacts as lines. Below, how far the marks are from their lines; or, where the theory does not
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
-use asperity_model::theory::front;
+use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_numbers::fronts;
 use asperity_numbers::run_data::RunData;
 
@@ -29,9 +29,10 @@ impl Figure for FrontSpeed {
 
     /// Three panels: speeds, and below them how far they are from the theory, or how much faster than another one.
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
-        let at = front::relative_prestress(&run.plan, run.plan.blocks / 2)
+        let at = relative_prestress(&run.plan, run.plan.blocks / 2)
             .ok_or_else(|| format!("run {} has no static friction above sliding friction", run.name))?;
-        let line = fronts::theory(run).map(|theory| pen.line(theory.curve(self.to_speed)));
+        let theory = fronts::theory(run).filter(Front::has_speed);
+        let line = theory.map(|theory| pen.line(theory.curve(self.to_speed)));
         // A front that did not come so far leaves a gap.
         let speed = fronts::speed_over_c(run);
         let error = speed.and(fronts::speed_error(run)).map(|error| 1e3 * error.abs());

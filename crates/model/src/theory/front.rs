@@ -64,6 +64,10 @@
 //! block to slip pulls the next one with `tau + U`; if that is below 1 the pulse stops: no pulse
 //! propagates below `tau = gamma / (2 + gamma)`.
 //!
+//! Where friction falls over `d` it takes `d / 2` of the work: `tau U = gamma U^2 / 2 + d / 2`. This has no root for
+//! `gamma d > tau^2`, and `tau + U >= 1` needs `1 - tau <= (1 + sqrt(1 - (2 + gamma) d)) / (2 + gamma)` unless
+//! `d (1 + gamma)^2 >= gamma`.
+//!
 //! # Slow fronts
 //!
 //! If `tau n^2` is far below 1 the last of `n` sliding blocks starts only once the others are nearly in balance. When
@@ -76,13 +80,18 @@
 //!
 //! Before a stuck block the `n` blocks come to rest, without swinging, at
 //! `sum u = (1 - tau) n (n + 1) / 2 + tau n (n + 1) (2 n + 1) / 6`.
+//!
+//! # Friction that falls over a slip
+//!
+//! All of this is for friction that falls at once. [`weakening`] has what is known of others.
 
 use std::f64::consts::PI;
 
+use super::weakening;
 use crate::plan::Plan;
 
 /// The parameters of a front's speed; all dimensionless, defined above.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Front {
     /// `tau`: prestress minus sliding friction, over static minus sliding friction.
     pub prestress: f64,
@@ -92,6 +101,8 @@ pub struct Front {
     pub top_stiffness: f64,
     /// `alpha = E / sqrt(k m)` of radiation; 0 without.
     pub relative_radiation: f64,
+    /// `d = D_c k / ((mu_s - mu_d) p)`; 0 where friction falls at once.
+    pub weakening_slip: f64,
 }
 
 /// `tau` of a block, counted from 0: its prestress minus sliding friction, over static minus
@@ -118,11 +129,11 @@ impl Front {
         if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 || plan.drive.course.is_some() {
             return None;
         }
-        Some(Front::with_prestress(plan, relative_prestress(plan, block)?))
+        Some(Front::with_prestress(plan, block, relative_prestress(plan, block)?))
     }
 
-    /// The front of a plan under a prestress, if its drive is held.
-    pub fn with_prestress(plan: &Plan, prestress: f64) -> Front {
+    /// The front of a plan at a block, counted from 0, under a prestress, if its drive is held.
+    pub fn with_prestress(plan: &Plan, block: usize, prestress: f64) -> Front {
         let k = plan.elastic.stiffness_n_per_m;
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let impedance_kg_per_s = (k * plan.block_mass_kg).sqrt();
@@ -132,18 +143,30 @@ impl Front {
             // Of a drive from the side, no block but the first has a spring.
             top_stiffness: held.iter().copied().fold(f64::INFINITY, f64::min) / k,
             relative_radiation: plan.friction.law.radiation_kg_per_s() / impedance_kg_per_s,
+            weakening_slip: k / weakening::weakening_n_per_m(plan, block),
         }
     }
 
+    /// Whether theory has its speed: where friction falls over a slip, only with radiation, without dampers and drive.
+    pub fn has_speed(&self) -> bool {
+        let radiates_alone =
+            self.relative_radiation > 0.0 && self.relative_damping + self.top_stiffness == 0.0;
+        self.weakening_slip == 0.0 || radiates_alone
+    }
+
     /// The speed of a steady front over the chain's wave speed. None if the prestress is not
-    /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`Front::slowest`].
+    /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`Front::slowest`];
+    /// and where friction falls over a slip, unless there is radiation, and neither dampers nor a drive.
     pub fn speed_over_c(&self) -> Option<f64> {
         let (mut low, mut high) = (self.slowest(), 1e3);
         if self.relative_radiation > 0.0 {
             // Half the speed at which the drift behind the front strains a spring by 1.
-            low = f64::min(0.5 * self.prestress / self.relative_radiation, 0.5);
+            let drift = f64::min(0.5 * self.prestress / self.relative_radiation, 0.5);
+            // The closed form of friction that falls over a slip is cheap enough for any start.
+            low = if self.weakening_slip > 0.0 { 1e-9 } else { drift };
         }
-        if !(self.prestress_at(low)..self.prestress_at(high)).contains(&self.prestress) {
+        let range = self.prestress_at(low)..self.prestress_at(high);
+        if !self.has_speed() || !range.contains(&self.prestress) {
             return None;
         }
         // The prestress rises with speed. Bisected to the precision of the integral.
@@ -159,13 +182,17 @@ impl Front {
     }
 
     /// The slip behind a steady pulse without damping, in `(mu_s - mu_d) p / k`; None without a
-    /// stopped top drive.
+    /// stopped top drive, and where friction falls over a slip that leaves no pulse.
     pub fn pulse_slip(&self) -> Option<f64> {
-        (self.top_stiffness > 0.0).then(|| 2.0 * self.prestress / self.top_stiffness)
+        let &Front { prestress: tau, top_stiffness: gamma, weakening_slip: d, .. } = self;
+        let square = tau * tau - gamma * d;
+        // Without d the root is exactly tau.
+        (gamma > 0.0 && square >= 0.0).then(|| (tau + square.sqrt().copysign(tau)) / gamma)
     }
 
     /// The time, over `sqrt(m / k)`, that a slow front takes from block 1 to block `blocks`; None without radiation, with
-    /// a drive or dampers, and where `tau n^2` is too large: where a block would start before the one behind it.
+    /// a drive or dampers, where friction falls over a slip, and where `tau n^2` is too large: where a block would start
+    /// before the one behind it.
     pub fn slow_duration(&self, blocks: usize) -> Option<f64> {
         let duration = |j: usize| {
             let f = |i: usize| libm::cos(PI * (i as f64 - 0.5) / (2 * j + 1) as f64);
@@ -175,31 +202,41 @@ impl Front {
             (logarithm > 0.0).then(|| logarithm / (4.0 * half * half))
         };
         let alpha = self.relative_radiation;
-        if alpha == 0.0 || self.prestress <= 0.0 || self.top_stiffness > 0.0 || self.relative_damping > 0.0 {
+        let others = [self.top_stiffness, self.relative_damping, self.weakening_slip];
+        if alpha == 0.0 || self.prestress <= 0.0 || others.iter().any(|other| *other > 0.0) {
             return None;
         }
         (1..blocks).map(duration).sum::<Option<f64>>().map(|sum| alpha * sum)
     }
 
     /// The sum of all slip, in `(mu_s - mu_d) p / k`, of `blocks` blocks that rest in balance before a stuck
-    /// one; None with a drive.
+    /// one; None with a drive, and where friction falls over a slip.
     pub fn static_slip_sum(&self, blocks: usize) -> Option<f64> {
         let (n, tau) = (blocks as f64, self.prestress);
         let sum = || n * (n + 1.0) * ((1.0 - tau) / 2.0 + tau * (2.0 * n + 1.0) / 6.0);
-        (self.top_stiffness == 0.0).then(sum)
+        (self.top_stiffness + self.weakening_slip == 0.0).then(sum)
     }
 
     /// The prestress below which no pulse propagates, without damping; 0 without a stopped top
     /// drive.
     pub fn arrest_prestress(&self) -> f64 {
-        self.top_stiffness / (2.0 + self.top_stiffness)
+        let &Front { top_stiffness: gamma, weakening_slip: d, .. } = self;
+        if d == 0.0 {
+            gamma / (2.0 + gamma)
+        } else if d * (1.0 + gamma) * (1.0 + gamma) < gamma {
+            1.0 - (1.0 + (1.0 - (2.0 + gamma) * d).sqrt()) / (2.0 + gamma)
+        } else {
+            (gamma * d).sqrt()
+        }
     }
 
     /// Prestress and speed over `c` of fronts that differ from this one in their prestress alone, up to the speed
     /// `fastest`, both ascending. The curve begins at [`Front::slowest`] or, where damping makes slower fronts
-    /// need more prestress, at the minimum of the prestress.
+    /// need more prestress, at the minimum of the prestress. For fronts that [have a speed](Front::has_speed).
     pub fn curve(&self, fastest: f64) -> Vec<(f64, f64)> {
         const POINTS: u32 = 120;
+        let top = weakening::fastest(self.relative_radiation, self.weakening_slip);
+        let fastest = if self.weakening_slip > 0.0 { fastest.min(top) } else { fastest };
         let slowest = self.slowest();
         let mut points: Vec<(f64, f64)> = (0..=POINTS)
             .map(|n| {
@@ -227,11 +264,12 @@ impl Front {
     }
 
     /// The prestress that drives a front at this speed over `c`: above 0 with radiation, otherwise at least
-    /// [`Front::slowest`].
+    /// [`Front::slowest`]. Where friction falls over a slip, that with radiation alone.
     pub fn prestress_at(&self, speed: f64) -> f64 {
-        match self.relative_radiation > 0.0 {
-            true => radiating_prestress_at(speed, self),
-            false => prestress_at(speed, self.relative_damping, self.top_stiffness),
+        match (self.weakening_slip, self.relative_radiation > 0.0) {
+            (d, _) if d > 0.0 => weakening::radiating_prestress(speed, self.relative_radiation, d),
+            (_, true) => radiating_prestress_at(speed, self),
+            (_, false) => prestress_at(speed, self.relative_damping, self.top_stiffness),
         }
     }
 }
@@ -365,7 +403,7 @@ mod tests {
     }
 
     fn front(prestress: f64, relative_damping: f64, top_stiffness: f64) -> Front {
-        Front { prestress, relative_damping, top_stiffness, relative_radiation: 0.0 }
+        Front { prestress, relative_damping, top_stiffness, ..Front::default() }
     }
 
     #[test]

@@ -28,6 +28,7 @@ use crate::plan::slab;
 use crate::scenario::choices::Start;
 use crate::scenario::{Scenario, Time};
 use crate::theory::stability::Stability;
+use crate::theory::weakening::Weakening;
 
 /// Contacts slip together if their times differ relatively by at most this: some rounding errors of the
 /// displacements.
@@ -67,6 +68,9 @@ pub struct Preview {
     /// of steady sliding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
+    /// Where friction falls over a slip: how fast, and the length over which slip nucleates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weakening: Option<Weakening>,
 }
 
 impl Scenario {
@@ -109,6 +113,7 @@ impl Preview {
             largest_load_ratio: None,
             is_predicted: !scenario.initial.is_given() && !plan.has_contact_courses(),
             stability: Stability::of(plan),
+            weakening: Weakening::of(plan),
         };
         if sliding.stability.is_some() || !sliding.is_predicted {
             return sliding;

@@ -57,7 +57,7 @@ pub(crate) fn front_speed(plan: &Plan, kind: SolverKind) -> Option<f64> {
 }
 
 fn front(alpha: f64, beta: f64, tau: f64) -> Front {
-    Front { prestress: tau, relative_damping: beta, top_stiffness: 0.0, relative_radiation: alpha }
+    Front { prestress: tau, relative_damping: beta, relative_radiation: alpha, ..Front::default() }
 }
 
 /// The theory is that of the plan, and both solvers find its speed within what the step locks.

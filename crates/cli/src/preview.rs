@@ -70,7 +70,7 @@ fn of_weakening(weakening: &Weakening) -> String {
     let over = nucleation_blocks.map(|blocks| {
         let d = short(*weakening_slip_ratio);
         format!(
-            ", d = k/k_w = {d} (lattice below 1), nucleation length pi a sqrt(k/k_w) = {} a",
+            ", d = k/k_w = {d} (lattice below 1), slip nucleates over pi a sqrt(k/(k_w - K_n)) = {} a",
             short(blocks)
         )
     });
@@ -238,8 +238,8 @@ mod tests {
     fn friction_that_falls_over_a_slip_has_a_nucleation_length() {
         assert_eq!(
             of_weakening(&Weakening::new(8e6, 2e8, 0.0)),
-            ", friction falls by k_w = 8e6 N/m, d = k/k_w = 25 (lattice below 1), nucleation length pi a sqrt(k/k_w) = \
-             15.71 a"
+            ", friction falls by k_w = 8e6 N/m, d = k/k_w = 25 (lattice below 1), slip nucleates over pi a \
+             sqrt(k/(k_w - K_n)) = 15.71 a"
         );
         assert_eq!(of_weakening(&Weakening::new(1e7, 0.0, 8e5)), ", friction falls by k_w = 1e7 N/m");
     }

@@ -305,7 +305,7 @@ numbers! {
         /// same span slides.
         pulse_length_blocks: f64 [unit = "1"] =
             Events |run, _| fronts::pulse_length_blocks(run.of_one_row()?);
-        /// Mean slip behind a pulse, over that of the theory without damping, 2 tau / gamma if friction falls at once.
+        /// Mean slip behind a pulse, over that of the theory without damping, `2 tau / gamma` if friction falls at once.
         pulse_slip_ratio: f64 = Events |run, _| fronts::pulse_slip_ratio(run.of_one_row()?);
         /// Number of blocks that a front from block 1 has passed: all before the first one that never
         /// slid.

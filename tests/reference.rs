@@ -64,7 +64,8 @@ const WEAKENING: [(&str, f64, &str); 4] = [
     (
         "slip-weakening/c-springs-n40-dc3e-9",
         1e-7,
-        "default slider.blocks=40 friction.weakening_slip_m=3e-9 time.step_s=1e-7 time.duration_s=2",
+        "default parameter_set=as-stated slider.blocks=40 friction.weakening_slip_m=3e-9 time.step_s=1e-7 \
+         time.duration_s=2",
     ),
     (
         "slip-weakening/g-memory-n24-tilt-05-dc5e-8",

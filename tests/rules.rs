@@ -19,8 +19,8 @@ const STATED: [&str; 5] = [
 
 const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
 
-/// Twenty-eight runs over all laws, drives, courses of the load and starts.
-const CASES: [(&str, &[&str]); 28] = [
+/// Thirty-one runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 31] = [
     ("stated", &[]),
     ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
     ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
@@ -112,6 +112,28 @@ const CASES: [(&str, &[&str]); 28] = [
     ),
     ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
     ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
+    ("slip-weakening", &["friction.law=rigid", "slider.blocks=20", "friction.weakening_slip_m=1e-6"]),
+    (
+        "slip-memory",
+        &[
+            "friction.law=rigid",
+            "slider.blocks=20",
+            "normal_load.tilt=-0.5",
+            "friction.weakening_slip_m=1e-5",
+            "friction.slip_memory_s=2e-4",
+            "normal_load.schedule_s=[0.001,0.01]",
+            "normal_load.schedule_n=[400,300]",
+        ],
+    ),
+    (
+        "slip-weakening-springs",
+        &[
+            "friction.weakening_slip_m=1e-6",
+            "friction.weakening_slip_offsets_m=[0,0,0,0,0,0,0,0,0,0,0,0,0,0,2e-6,2e-6,0,0,0,0,0,0,0,0,0,0]",
+            "friction.weakening_fractions=[0.1,0.5]",
+            "friction.weakening_shares=[1.2,0.3]",
+        ],
+    ),
     (
         "barrier",
         &[
@@ -167,8 +189,8 @@ const CASES: [(&str, &[&str]); 28] = [
     ),
 ];
 
-/// Short runs of two laws; the second is two-way.
-const SHORT: [&str; 2] = ["weakening", "both-ends"];
+/// Short runs of two laws and of slip that is remembered; the last is two-way.
+const SHORT: [&str; 3] = ["weakening", "slip-memory", "both-ends"];
 
 mod in_ci {
     use super::*;

@@ -203,12 +203,13 @@ fn all_add_up(solver: &str) -> (usize, usize) {
     ];
     let both = ["time.step_s=1e-7", "time.duration_s=1.5"];
     let front = ["slider.blocks=60", "time.step_s=1e-9", "time.duration_s=5e-5"];
-    let cases: [(&str, &[&str], &[&str]); 14] = [
+    let cases: [(&str, &[&str], &[&str]); 15] = [
         ("ten-blocks", &ten, &[]),
         ("ten-blocks", &ten, &["parameter_set=as-stated"]),
         ("ten-blocks", &ten, &["friction.ageing_coefficient=0.02"]),
         ("ten-blocks", &ten, &["disorder.stiffness_spread=0.6", "disorder.load_spread=0.2"]),
         ("ten-blocks", &ten, &["friction.law=rigid"]),
+        ("ten-blocks", &ten, &["friction.law=rigid", "friction.weakening_slip_m=1e-6"]),
         ("ten-blocks", &ten, &["friction.law=velocity-weakening"]),
         ("ten-blocks", &ten, &["friction.law=velocity-weakening", "friction.radiation_kg_per_s=70"]),
         ("ten-blocks", &ten, &["friction.reattach=two-way"]),

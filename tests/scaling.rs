@@ -15,7 +15,7 @@ const SCALES: [[i32; 3]; 2] = [[3, 4, -2], [-5, -2, 3]];
 
 /// Scenarios, with overrides that make them short, and steps of powers of two. The first five have all bodies, and
 /// keys and columns of all units.
-const CASES: [&[&str]; 11] = [
+const CASES: [&[&str]; 12] = [
     &["default", "parameter_set=\"as-coded\"", "normal_load.tilt=0.4", "drive.velocity_m_per_s=4e-4"],
     &[
         "velocity-weakening",
@@ -37,6 +37,12 @@ const CASES: [&[&str]; 11] = [
     ],
     &["default"],
     &["rigid-contacts"],
+    &[
+        "rigid-contacts",
+        "friction.weakening_slip_m=1e-8",
+        "friction.slip_memory_s=0.0078125",
+        "drive.velocity_m_per_s=4e-4",
+    ],
     &["ageing-contacts"],
     &["default", "friction.radiation_kg_per_s=20", "initial_shear.beta=0.3"],
     &["junction-slider"],

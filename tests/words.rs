@@ -185,6 +185,7 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         junctions: true,
         area: true,
         radiation: true,
+        weakening: true,
         state: true,
         recording: true,
     };

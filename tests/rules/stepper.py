@@ -107,6 +107,7 @@ class Slider:
         self.static = self.values(friction, "static", 0, friction["static_coefficient"]) * self.p
         self.dynamic = self.values(friction, "dynamic", 1, friction["dynamic_coefficient"]) * self.p
         self.growth = friction["ageing_coefficient"] * self.p
+        self.make_weakening(friction)
         self.dt = time["step_s"]
         self.steps = self.whole_steps(time["duration_s"])
         self.make_drive(drive)
@@ -128,6 +129,30 @@ class Slider:
         self.factors = [total / load["total_n"] for total in load["schedule_n"]]
         self.from_hold = load["schedule_from"] == "hold"
         self.start()
+
+    def make_weakening(self, friction):
+        """The slip over which each block weakens, the corners of the fall, and what blocks remember."""
+        self.weakening = np.full(self.blocks, friction.get("weakening_slip_m", 0.0))
+        given = friction.get("weakening_slip_offsets_m", [])
+        self.weakening[: len(given)] += given
+        self.weakens = np.any(self.weakening > 0.0)
+        points = zip(friction.get("weakening_fractions", []), friction.get("weakening_shares", []))
+        self.corners = [(0.0, 1.0), *points, (1.0, 0.0)]
+        self.memory = friction.get("slip_memory_s", 0.0)
+        self.slid_from, self.slid_before, self.rested = np.zeros((3, self.blocks))
+
+    def weakened(self, slip):
+        """Friction after a slip, at the load of the start."""
+        fall = self.static - self.dynamic
+        friction = self.dynamic.copy()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = slip / self.weakening
+        if len(self.corners) == 2:
+            return np.where(slip < self.weakening, self.static - fall * x, friction)
+        for (x0, s0), (x1, s1) in zip(self.corners, self.corners[1:]):
+            share = s0 + (s1 - s0) * ((x - x0) / (x1 - x0))
+            friction = np.where((x0 <= x) & (x < x1), self.dynamic + fall * share, friction)
+        return np.where(slip < self.weakening, friction, self.dynamic)
 
     def by_block(self, times, values):
         """The knots of a course of all blocks."""
@@ -232,6 +257,8 @@ class Slider:
 
     def point(self, step):
         step = min(step, self.hold)
+        if not self.course and self.weakens:
+            return self.velocity * (step * self.dt)
         if not self.course:
             return self.velocity * self.time(step)
         moved, since, velocity = 0.0, 0, self.velocity
@@ -321,10 +348,12 @@ class Slider:
         u, v, slides = self.u, self.v, self.slides
         tau = second_difference(u) * self.k + second_difference(v) * self.eta
         tau = tau + ((self.outside(self.step) + pulls) + self.pull_of_ends())
-        drag = factor * borne * self.dynamic * np.sign(v)
-        if friction.get("drag_at_rest"):
-            most = np.minimum(factor * borne * self.dynamic, np.abs(tau))
-            drag = np.where(v == 0.0, most * np.sign(tau), drag)
+        rubs, resists = factor * borne * self.dynamic, bool(friction.get("drag_at_rest"))
+        if self.weakens:
+            rubs = factor * self.weakened(self.slid_before + np.abs(u - self.slid_from))
+            resists = resists | (self.weakening > 0.0)
+        drag = rubs * np.sign(v)
+        drag = np.where(resists & (v == 0.0), np.minimum(rubs, np.abs(tau)) * np.sign(tau), drag)
         if friction["law"] == "velocity-weakening":
             drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
         drag = drag + friction["radiation_kg_per_s"] * v
@@ -339,9 +368,12 @@ class Slider:
             waited = (self.step - self.stuck_since) * self.dt
             threshold = threshold + self.growth * np.log1p(waited / friction["ageing_time_s"])
         force = self.kt * (u - self.anchor) if friction.get("detach_by") == "spring" else tau
+        if self.weakens:
+            self.slid_before = np.where(~slides & (self.step >= self.rested), 0.0, self.slid_before)
+            threshold = np.where(self.slid_before > 0.0, self.weakened(self.slid_before), self.static)
         detach = ~slides & (np.abs(force) >= factor * borne * threshold)
         if not self.springs:
-            attach = slides & ((new_v * v < 0.0) | (bool(friction.get("drag_at_rest")) & (new_v == 0.0)))
+            attach = slides & ((new_v * v < 0.0) | (resists & (new_v == 0.0)))
             new_v, new_u = np.where(attach, 0.0, new_v), np.where(attach, u, new_u)
         else:
             two_way = friction["reattach"] == "two-way"
@@ -349,6 +381,11 @@ class Slider:
             if attach.any():
                 self.anchor = np.where(attach, new_u - tau / self.kt, self.anchor)
         self.stuck_since = np.where(attach, self.step, self.stuck_since)
+        if self.weakens:
+            slip = self.slid_before + np.abs(new_u - self.slid_from)
+            self.slid_before = np.where(attach, slip if self.memory else 0.0, self.slid_before)
+            self.rested = np.where(attach, self.step + round(self.memory / self.dt), self.rested)
+            self.slid_from = np.where(detach, new_u, self.slid_from)
         self.slides = (slides | detach) & ~attach
         self.u, self.v = new_u, new_v
         total = sums(pulls)

@@ -10,7 +10,7 @@ use asperity_run::{Begin, LogTo, RunError, Task, Verdict, check, run};
 use asperity_testkit::{Random, folder};
 
 /// Scenarios in which every key is used.
-const FAMILIES: [(&str, &[&str]); 9] = [
+const FAMILIES: [(&str, &[&str]); 10] = [
     ("default", &["slider.blocks=5", "parameter_set=as-coded"]),
     (
         "default",
@@ -19,6 +19,7 @@ const FAMILIES: [(&str, &[&str]); 9] = [
     ("default", &["slider.blocks=5", "parameter_set=as-coded", "drive.kind=top"]),
     ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=rigid", "prestress.ratio=0.1"]),
     ("default", &["slider.blocks=5", "parameter_set=as-coded", "friction.law=velocity-weakening"]),
+    ("rigid-contacts", &["slider.blocks=5", "friction.weakening_slip_m=1e-6"]),
     ("slab", &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035"]),
     ("chain-junctions", &["slider.blocks=5"]),
     ("rate-and-state", &["slider.blocks=5", "friction.evolution_offsets=[]"]),

@@ -102,6 +102,13 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
         chain(&["parameter_set=as-coded", "time.duration_s=0.2"]),
         chain(&["friction.law=rigid", "friction.radiation_kg_per_s=30", "slider.relative_damping=0"]),
         chain(&["friction.law=velocity-weakening"]),
+        chain(&["friction.law=rigid", "friction.weakening_slip_m=1e-7", "friction.slip_memory_s=2e-3"]),
+        chain(&[
+            "friction.weakening_slip_m=1e-7",
+            "friction.weakening_slip_offsets_m=[0,0,0,0,0,0,5e-7,0,0,0,0,0]",
+            "friction.weakening_fractions=[0.25]",
+            "friction.weakening_shares=[0.5]",
+        ]),
         chain(&["friction.ageing_coefficient=0.02", "friction.ageing_time_s=0.01"]),
         chain(&["normal_load.schedule_s=[0.05,0.2]", "normal_load.schedule_n=[400,300]"]),
         chain(&[

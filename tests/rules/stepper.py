@@ -413,8 +413,11 @@ class Slider:
 
 
 def main():
-    with open(sys.argv[1], "rb") as file:
-        slider = Slider(tomllib.load(file))
+    with open(sys.argv[1], encoding="utf-8") as file:
+        text, mark, drawn_there = file.read().partition("# [drawn]")
+    # Comments, since a scenario does not take them.
+    listed = [line[2:] for line in drawn_there.splitlines() if "_offsets = [" in line]
+    slider = Slider(tomllib.loads("\n".join([text, mark[2:], *listed])))
     print("onset_step,end_step,first_block,last_block,blocks_slipped,max_sliding,ft_fn_onset")
     for event, end in slider.events():
         blocks = np.flatnonzero(event["slid"]) + 1

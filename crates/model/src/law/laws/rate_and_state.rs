@@ -91,6 +91,18 @@ impl RateAndState {
         slips * self.critical_slip_m / velocity_m_per_s.abs()
     }
 
+    /// The state `psi` of a `theta`, with the evolution effect `b`.
+    pub fn state_of_theta(&self, b: f64, theta_s: f64) -> f64 {
+        let steady_s = self.steady_theta_s(self.reference_velocity_m_per_s);
+        self.reference_coefficient + b * libm::log(theta_s / steady_s)
+    }
+
+    /// The `theta` of a state, s.
+    pub fn theta_s(&self, b: f64, state: f64) -> f64 {
+        let steady_s = self.steady_theta_s(self.reference_velocity_m_per_s);
+        steady_s * libm::exp((state - self.reference_coefficient) / b)
+    }
+
     /// Friction over the normal load, of the sign of the velocity: `a asinh[(V / 2 V_0) exp(psi / a)]`.
     /// `exp(psi / a)` is of the order of `e^60` and is never formed.
     pub fn coefficient(&self, velocity_m_per_s: f64, state: f64) -> f64 {
@@ -157,6 +169,14 @@ impl ContactLaw for RateAndState {
         "friction.inertia",
         "friction.radiation_kg_per_s",
         "friction.initial_kick",
+        "friction.initial_velocity_m_per_s",
+        "friction.initial_velocities_m_per_s",
+        "friction.initial_theta_s",
+        "friction.initial_thetas_s",
+        "friction.initial_csv",
+        "prestress.swing_ratio",
+        "prestress.swing_period_s",
+        "prestress.swing_from_s",
         "friction.event_speed_m_per_s",
         "time.tolerance",
     ];

@@ -314,6 +314,40 @@ mod tests {
     }
 
     #[test]
+    fn a_free_start_is_in_balance_with_its_friction_and_dashpots() {
+        let sets = [
+            "friction.law=rate-and-state",
+            "slider.blocks=3",
+            "drive.kind=top",
+            "friction.initial_velocities_m_per_s=[1e-5,3e-4,1e-4]",
+            "friction.initial_theta_s=0.02",
+            "friction.radiation_kg_per_s=30",
+            "prestress.ratio=0.1",
+            // What jumps at once does so behind the start.
+            "prestress.course_s=[0,0]",
+            "prestress.course_ratio=[0.05,0.4]",
+        ];
+        let plan = plan(&sets);
+        let (initial, p) = (&plan.initial, 400.0 / 3.0);
+        let v = [1e-5, 3e-4, 1e-4];
+        assert_eq!(initial.velocity_m_per_s, v);
+        for n in 0..3 {
+            let spring = &plan.drive.springs[n];
+            let pull_n = plan.elastic.spring_force_n(&initial.displacement_m, n)
+                + plan.elastic.damping_force_n(&v, n)
+                + spring.force_n(0.0, initial.displacement_m[n])
+                + 0.15 * p;
+            assert!((initial.friction_state[n] - (0.6 + 0.015 * 0.02f64.ln())).abs() < 1e-14);
+            let friction = 0.6 + 0.01 * (v[n] / 1e-6).ln() + 0.015 * 0.02f64.ln();
+            let expected_n = p * friction + 30.0 * v[n];
+            assert!((pull_n - expected_n).abs() < 1e-8 * p, "block {n}: {pull_n} for {expected_n}");
+        }
+        let prz = self::plan(&[&sets[..], &["friction.evolution=prz"]].concat());
+        let [ageing, prz] = [&plan, &prz].map(|plan| plan.initial.friction_state[0]);
+        assert!((ageing - prz - 0.015 * 2f64.ln()).abs() < 1e-14, "prz has 2 D_c");
+    }
+
+    #[test]
     fn prestress_is_balanced_by_the_friction_springs() {
         let profile = format!(
             "prestress.profile={:?}",

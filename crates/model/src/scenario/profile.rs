@@ -182,7 +182,7 @@ pub(crate) fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], W
 
 #[cfg(test)]
 mod tests {
-    use super::{parse_blocks, parse_course, parse_profile};
+    use super::{parse_blocks, parse_course, parse_profile, parse_start};
 
     #[test]
     fn a_file_that_is_too_long_is_refused() {
@@ -210,6 +210,41 @@ mod tests {
             assert_eq!(read(&format!("{head}{rows}")).unwrap_err(), (line, problem.to_owned()), "{rows:?}");
         }
         assert_eq!(read("time_s,x_over_l,ratio\n").unwrap_err().0, 1);
+    }
+
+    #[test]
+    fn a_profile_that_begins_again_is_behind_a_jump_and_one_block_needs_one_row() {
+        let text = "time_s,x_over_l,ratio\n1,0,0\n1,1,2\n1,0,3\n1,1,3\n2,0,0\n2,1,0\n";
+        assert_eq!(
+            parse_course(text, "ratio", 2).unwrap(),
+            [vec![1.0, 1.0, 2.0], vec![0.0, 2.0, 3.0, 3.0, 0.0, 0.0]]
+        );
+        let expected = [vec![1.0, 1.0, 2.0], vec![0.0, 3.0, 1.0]];
+        for text in ["time_s,x_over_l,ratio\n1,0,0\n1,0,3\n2,0,1\n2,1,9\n", "time_s,ratio\n1,0\n1,3\n2,1\n"] {
+            assert_eq!(parse_course(text, "ratio", 1).unwrap(), expected, "{text}");
+        }
+        assert_eq!(parse_course("time_s,ratio\n1,0\n", "ratio", 2).unwrap_err().0, 1);
+    }
+
+    #[test]
+    fn starts_are_interpolated_in_logarithms() {
+        let read =
+            |rows: &str, blocks| parse_start(&format!("theta_s,x_over_l,velocity_m_per_s\n{rows}"), blocks);
+        let [v, theta] = read("1,0,1e-8\n100,1,1e-4\n", 3).unwrap();
+        for (found, expected) in v.iter().zip([1e-8, 1e-6, 1e-4]).chain(theta.iter().zip([1.0, 10.0, 100.0]))
+        {
+            assert!((found / expected - 1.0).abs() < 1e-14, "{found} {expected}");
+        }
+        let [v, theta] = read("5,0,1e-6\n", 1).unwrap();
+        assert!((v[0] / 1e-6 - 1.0).abs() < 1e-14 && (theta[0] / 5.0 - 1.0).abs() < 1e-14);
+        for (rows, line, problem) in [
+            ("1,0,0\n1,1,1\n", 2, "velocity_m_per_s is 0, not above 0"),
+            ("1,0,1\n-1,1,1\n", 3, "theta_s is -1, not above 0"),
+            ("1,0,1\n", 2, "the last row is at 0"),
+            ("1,0.5,1\n1,1,1\n", 2, "the first row is at 0.5"),
+        ] {
+            assert_eq!(read(rows, 3).unwrap_err(), (line, problem.to_owned()), "{rows}");
+        }
     }
 
     #[test]

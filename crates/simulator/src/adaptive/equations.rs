@@ -246,7 +246,10 @@ impl Equations {
         self.contact_loads = plan.contact_load_course.as_ref().map(at_step);
         let zeros = || vec![0.0; plan.blocks];
         self.prestress_n = plan.prestress_course.as_ref().map_or_else(|| [zeros(), zeros()], at_step);
-        self.prestress_n[0].iter_mut().zip(&plan.prestress_n).for_each(|(force, constant)| *force += constant);
+        self.prestress_n[0]
+            .iter_mut()
+            .zip(&plan.prestress_n)
+            .for_each(|(force, constant)| *force += constant);
     }
 
     /// `Q_n` at a time, N, and its rate, N/s.

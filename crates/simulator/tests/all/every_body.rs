@@ -331,6 +331,23 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 18] = [
             ],
         ],
     ),
+    (
+        SolverKind::Adaptive,
+        "rate-and-state",
+        [
+            &["time.duration_s=1", "recording.sample_s=2e-3", "time.tolerance=1e-5", "slider.blocks=3"],
+            &[
+                "friction.evolution_offsets=[]",
+                "friction.initial_velocities_m_per_s=[1e-5,2e-4,1e-4]",
+                "friction.initial_theta_s=0.1",
+                "prestress.course_s=[0.2, 0.4, 0.4, 0.7]",
+                "prestress.course_ratio=[0, 0, 0, 0.1, 0.1, 0.1, -0.1, 0.2, 0, 0, 0, 0]",
+                "prestress.swing_ratio=0.01",
+                "prestress.swing_period_s=0.07",
+                "prestress.swing_from_s=0.3",
+            ],
+        ],
+    ),
 ];
 
 #[test]

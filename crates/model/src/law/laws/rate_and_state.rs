@@ -308,6 +308,13 @@ mod tests {
         for (found, dynamic) in course("10").into_iter().zip([four, one]) {
             assert!((found / (0.1 * dynamic) - 1.0).abs() < 1e-12, "{found} {dynamic}");
         }
+        // A free start counts as the drive does, and where that rests it decides alone; a constant drive keeps its own.
+        let free = "friction.initial_velocity_m_per_s=1e-5";
+        assert!((m_per_s(&["drive.velocity_m_per_s=2e-5", free]) / 2e-4 - 1.0).abs() < 1e-15);
+        let v0 = |speed: &str| m_per_s(&["drive.velocity_m_per_s=0", &*speed.replace('V', "friction.initial_velocity_m_per_s")]);
+        let dynamic = v0("V=1e-9");
+        assert!(dynamic > 1e-5 && v0("V=2e-9") == dynamic);
+        assert!((v0("V=10") / 100.0 - 1.0).abs() < 1e-15);
         assert_eq!(m_per_s(&["friction.event_speed_m_per_s=0.01"]), 0.01);
         assert_eq!(law(&["time.tolerance=1e-9"]).tolerance, 1e-9);
     }

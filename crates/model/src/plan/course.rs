@@ -1,4 +1,4 @@
-//! Piecewise-linear courses in time: of the normal load, and of the velocity of the drive.
+//! Courses in time: piecewise linear, of the normal load, the velocity of the drive and forces from outside; and swings.
 
 /// A number that changes piecewise linearly in time, between knots on the grid of time steps; constant before the
 /// first and after the last knot.

@@ -38,10 +38,10 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
             "a number above 0, or friction.initial_velocity_m_per_s; drive.hold_from_s stops the drive",
         );
     } else if law.event_speed_m_per_s <= slow {
-        let (event, given) = (short(law.event_speed_m_per_s), friction.event_speed_m_per_s != 0.0);
+        let (event, given) = (law.event_speed_m_per_s, friction.event_speed_m_per_s != 0.0);
         let whose =
             if slow == drive.velocity_m_per_s { "drive.velocity_m_per_s" } else { "the largest V(0)" };
-        let of = if given { event } else { format!("0, which stands for {event},") };
+        let of = if given { event.to_string() } else { format!("0, which stands for {},", short(event)) };
         let problem = format!("{of} is not above {whose} = {slow}, at which blocks creep without an event");
         let or = if given { ", or 0 for at least 10 times it" } else { "" };
         refusals.refuse("friction.event_speed_m_per_s", problem, format!("a number above {slow}{or}"));

@@ -109,7 +109,7 @@ fn a_slider_under_forces_in_time_is_repeated_replayed_and_branched() {
         "time.duration_s=150",
     ];
     run(&with_sets(&["spring-slider"], &sets), &log);
-    [&force, &start].map(|file| fs::remove_file(file).expect("it is there"));
+    [&force, &start].into_iter().for_each(|file| fs::remove_file(file).expect("it is there"));
     assert!(succeed(&["check", "--again", text(&log)]).contains("whole"));
     assert!(succeed(&["replay", text(&log)]).contains("same as logged"));
     // Without the numbers of the events.

@@ -413,12 +413,16 @@ fn csv_files_of_spreadsheets_are_read() {
             "initial.state_csv",
             "displacement_m,velocity_m_per_s,stick_position_m,slides|0,0,0,0|1e-6,0,1e-6,0|0,0,0,0",
         ),
+        ("friction.initial_csv", "x_over_l,velocity_m_per_s,theta_s|0,1e-5,0.1|1,1e-4,1e-2"),
     ] {
         let set = format!("{key}={}", text(&file));
         let read = |written: &str| {
             fs::write(&file, written).expect("it can be written");
             let show = ["--set", &set, "--set", "drive.kind=top", "--set", "slider.blocks=3"];
-            let output = asperity(&[&["scenario", "show", "default"], &show[..]].concat());
+            let scenario = if key.starts_with("friction") { "rate-and-state" } else { "default" };
+            let more = ["--set", "friction.evolution_offsets=[]"];
+            let more = if scenario == "default" { &[][..] } else { &more };
+            let output = asperity(&[&["scenario", "show", scenario], &show[..], more].concat());
             let [out, err] =
                 [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
             (output.status.code(), out, err)

@@ -4,7 +4,7 @@ use std::fs;
 
 use asperity_testkit::folder;
 
-use crate::support::binary::{outcome, succeed, text};
+use crate::support::binary::{outcome, run, succeed, text, with_sets};
 
 const SCENARIO: &str = "name = \"slider\"
 parameter_set = \"as-stated\"
@@ -90,4 +90,45 @@ fn a_run_without_a_speed_above_the_threshold_of_events_says_so() {
     let note = "spring-slider: no block came above V_th = 5.0000e0 m/s; the largest speed was 2.9411e-1 m/s";
     assert!(said("friction.event_speed_m_per_s=5", "none.mcap").contains(note));
     assert!(!said("friction.event_speed_m_per_s=0.2", "some.mcap").contains("no block came above"));
+}
+
+/// A free start from a file, and a force that jumps, from a file, and swings.
+#[test]
+fn a_slider_under_forces_in_time_is_repeated_replayed_and_branched() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let (force, start, log) = (path("force.csv"), path("start.csv"), path("run.mcap"));
+    fs::write(&force, "time_s,ratio\n105,0\n105,0.01\n110,-0.01\n").expect("the folder can be written");
+    fs::write(&start, "x_over_l,velocity_m_per_s,theta_s\n0,2e-5,0.5\n").expect("the folder can be written");
+    let sets = [
+        &*format!("prestress.course_csv={}", text(&force)),
+        &*format!("friction.initial_csv={}", text(&start)),
+        "prestress.swing_ratio=1e-4",
+        "prestress.swing_period_s=3",
+        "prestress.swing_from_s=20",
+        "time.duration_s=150",
+    ];
+    run(&with_sets(&["spring-slider"], &sets), &log);
+    [&force, &start].into_iter().for_each(|file| fs::remove_file(file).expect("it is there"));
+    assert!(succeed(&["check", "--again", text(&log)]).contains("whole"));
+    assert!(succeed(&["replay", text(&log)]).contains("same as logged"));
+    // Without the numbers of the events.
+    let events = |log| -> Vec<Vec<String>> {
+        let rows = succeed(&["events", text(log)]);
+        rows.lines().map(|row| row.split(',').take(7).map(str::to_owned).collect()).collect()
+    };
+    let again = path("again.mcap");
+    run(&[text(&log)], &again);
+    assert_eq!(events(&again), events(&log));
+    // A branch has no free start of its own, and the events that are left.
+    let (from, branch) = (format!("initial.from={}", text(&log)), path("branch.mcap"));
+    let there = [&*from, "initial.at_s=112"];
+    let refused =
+        outcome(&[&["run"], &with_sets(&[text(&log)], &there)[..], &["-o", text(&branch)]].concat());
+    assert!(refused.0 == 2 && refused.2.contains("the state is that of a log already"), "{}", refused.2);
+    let free =
+        ["friction.initial_velocities_m_per_s=[]", "friction.initial_thetas_s=[]", "friction.initial_csv="];
+    run(&with_sets(&[text(&log)], &[&there[..], &free].concat()), &branch);
+    let (whole, branched) = (events(&log), events(&branch));
+    assert!(branched.len() > 2 && whole.ends_with(&branched[1..]), "{whole:?} {branched:?}");
 }

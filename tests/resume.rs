@@ -24,9 +24,25 @@ const SCENARIOS: [(&[&str], &[&str]); 4] = [
         &["ten-blocks", "--solver", "plain"],
         &["time.duration_s=1.2", "time.step_s=2e-7", "drive.until_load_ratio=0.16"],
     ),
-    // Steps of varying length, and the state of friction.
+    // Steps of varying length, the state of friction from a free start, and a force that jumps and swings.
     (
-        &["rate-and-state", "--set", "friction.evolution_offsets=[]"],
+        &[
+            "rate-and-state",
+            "--set",
+            "friction.evolution_offsets=[]",
+            "--set",
+            "friction.initial_velocity_m_per_s=2e-4",
+            "--set",
+            "friction.initial_theta_s=0.02",
+            "--set",
+            "prestress.course_s=[0.5,0.5,1]",
+            "--set",
+            "prestress.course_ratio=[0,0.02,-0.01]",
+            "--set",
+            "prestress.swing_ratio=1e-3",
+            "--set",
+            "prestress.swing_period_s=0.2",
+        ],
         &["slider.blocks=100", "slider.length_m=1", "time.duration_s=1.5", "recording.sample_s=1e-3"],
     ),
     // A force from outside on every block.

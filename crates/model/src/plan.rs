@@ -17,7 +17,7 @@ pub mod state;
 use crate::body::ends::EndBond;
 use crate::body::lattice::Lattice;
 use crate::law::laws::Law;
-use crate::plan::course::{ContactCourse, Course};
+use crate::plan::course::{ContactCourse, Course, Swing};
 use crate::plan::given_state::GivenStart;
 use crate::plan::state::SliderState;
 use asperity_record::{Scales, TimeGrid};
@@ -51,6 +51,8 @@ pub struct Plan {
     pub prestress_n: Vec<f64>,
     /// Course of the force from outside on each block, in addition to the constant one, N.
     pub prestress_course: Option<ContactCourse>,
+    /// A swing of that force.
+    pub swing: Option<Swing>,
     /// Course of each contact's normal load, as a factor on that of all.
     pub contact_load_course: Option<ContactCourse>,
     /// The driving springs.
@@ -296,7 +298,10 @@ impl Plan {
     /// Whether forces or loads follow courses over which no solver leaps: those of single contacts, and a drive by
     /// force.
     pub fn has_contact_courses(&self) -> bool {
-        self.prestress_course.is_some() || self.contact_load_course.is_some() || self.drive.force_n.is_some()
+        self.prestress_course.is_some()
+            || self.swing.is_some()
+            || self.contact_load_course.is_some()
+            || self.drive.force_n.is_some()
     }
 
     /// Whether the normal load of each contact follows from the load at the start and one course of all.

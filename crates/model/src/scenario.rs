@@ -145,6 +145,16 @@ impl Friction {
     pub(crate) fn is_two_way(&self) -> bool {
         self.reattach == Reattach::TwoWay
     }
+
+    /// `V(0)` of a block by its key or list, counted from 0; 0 for none.
+    pub(crate) fn velocity_at_start_m_per_s(&self, block: usize) -> f64 {
+        self.initial_velocities_m_per_s.get(block).copied().unwrap_or(self.initial_velocity_m_per_s)
+    }
+
+    /// `theta(0)` of a block by its key or list, counted from 0; 0 for none.
+    pub(crate) fn theta_at_start_s(&self, block: usize) -> f64 {
+        self.initial_thetas_s.get(block).copied().unwrap_or(self.initial_theta_s)
+    }
 }
 
 impl Drive {
@@ -159,12 +169,20 @@ impl Scenario {
     pub fn has_contact_courses(&self) -> bool {
         self.drive.kind == DriveKind::Force
             || !self.prestress.course_s.is_empty()
+            || self.prestress.swing_ratio != 0.0
             || !self.normal_load.course_s.is_empty()
     }
 
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
         Law::of(self)
+    }
+
+    /// The speed at the start that is no slip: that of the drive, or the largest of a given `V(0)`.
+    pub fn speed_at_start_m_per_s(&self) -> f64 {
+        let given = self.friction.initial_velocities_m_per_s.iter();
+        let alike = self.drive.velocity_m_per_s.max(self.friction.initial_velocity_m_per_s);
+        given.fold(alike, |most, velocity| most.max(*velocity))
     }
 
     /// `V_th` without a key: a short part of a course that is far faster than the start hides no slips.
@@ -177,9 +195,14 @@ impl Scenario {
         let mass_kg = if friction.inertia { slider.mass_kg / blocks } else { 0.0 };
         let impedance_kg_per_s = friction.radiation_kg_per_s + (mass_kg * stiffness_n_per_m).sqrt();
         let dynamic_m_per_s = friction.direct_effect * load_n / impedance_kg_per_s;
-        let least_m_per_s = EVENT_SPEED_RATIO * drive.velocity_m_per_s;
-        let most_m_per_s = EVENT_SPEED_RATIO * drive.fastest_m_per_s();
-        most_m_per_s.min(least_m_per_s.max(EVENT_SPEED_SHARE * dynamic_m_per_s))
+        let least_m_per_s = EVENT_SPEED_RATIO * self.speed_at_start_m_per_s();
+        // Where nothing bounds a slip, so that it has no such speed, that of the start decides alone.
+        let dynamic_m_per_s = Some(dynamic_m_per_s).filter(|speed| speed.is_finite()).unwrap_or(0.0);
+        let between_m_per_s = least_m_per_s.max(EVENT_SPEED_SHARE * dynamic_m_per_s);
+        match EVENT_SPEED_RATIO * drive.fastest_m_per_s() {
+            0.0 => between_m_per_s,
+            most_m_per_s => most_m_per_s.min(between_m_per_s),
+        }
     }
 
     /// The lists with a number for each block, without empty ones.
@@ -188,6 +211,8 @@ impl Scenario {
         let others = [
             ("friction.evolution_offsets", self.friction.evolution_offsets.as_slice()),
             ("friction.weakening_slip_offsets_m", &self.friction.weakening_slip_offsets_m),
+            ("friction.initial_velocities_m_per_s", &self.friction.initial_velocities_m_per_s),
+            ("friction.initial_thetas_s", &self.friction.initial_thetas_s),
             ("initial_shear.profile", &self.initial_shear.profile),
             ("prestress.profile", &self.prestress.profile),
             ("initial.displacement_m", &self.initial.displacement_m),
@@ -198,7 +223,7 @@ impl Scenario {
     }
 
     /// The files that it names, from which its values were read; empty texts for none.
-    pub fn files(&self) -> [&str; 7] {
+    pub fn files(&self) -> [&str; 8] {
         let (shear, prestress, initial) = (&self.initial_shear, &self.prestress, &self.initial);
         [
             &shear.profile_csv,
@@ -206,6 +231,7 @@ impl Scenario {
             &prestress.course_csv,
             &self.normal_load.course_csv,
             &self.disorder.contacts_csv,
+            &self.friction.initial_csv,
             &initial.state_csv,
             &initial.from,
         ]
@@ -226,7 +252,9 @@ impl Scenario {
 
     /// A hash of what moves the slider: as [`Scenario::hash`], without its start, its end, and what is recorded.
     pub fn motion_hash(&self) -> String {
-        const OTHERS: [&str; 7] = [
+        const OTHERS: [&str; 9] = [
+            "friction.initial_velocit",
+            "friction.initial_theta",
             "initial.",
             "initial_shear.",
             "initial_velocity.",

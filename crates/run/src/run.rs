@@ -357,7 +357,7 @@ pub fn run(
     }
     if let Some(law) = plan.friction.law.rate_and_state()
         && events == 0
-        && peak_m_per_s > EVENT_SPEED_RATIO * plan.drive.velocity_m_per_s
+        && peak_m_per_s > EVENT_SPEED_RATIO * scenario.speed_at_start_m_per_s()
     {
         observer.notice(Notice::NoEvents { event_speed_m_per_s: law.event_speed_m_per_s, peak_m_per_s });
     }

@@ -159,7 +159,7 @@ impl Adaptive {
         self.step_s = saved.step_s;
         if self.step_s == 0.0 {
             self.end.clone_from(&self.begin);
-            self.find_crossings();
+            self.find_crossings(false);
         } else {
             self.rodas4.step(&mut self.equations, &self.begin, self.step_s);
             self.close_step();
@@ -204,15 +204,16 @@ impl Adaptive {
         }
         std::mem::swap(&mut self.begin, &mut self.end);
         if self.piece.from_s == end_s.value() {
-            // Drive and load may have turned.
+            // Drive and load may have turned, and a prestress that jumps takes velocities with it.
             self.begin.prepare(&mut self.equations, self.piece.at(end_s.value()));
+            self.find_crossings(true);
         }
         let left_s = match self.piece.until_step {
             u64::MAX => f64::INFINITY,
             knot => self.seconds_to(plan.grid.time_s(knot)),
         };
         loop {
-            let step_s = self.next_step_s.min(left_s);
+            let step_s = self.next_step_s.min(left_s).min(self.piece.longest_step_s());
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
@@ -239,7 +240,7 @@ impl Adaptive {
         }
         self.counters.adaptive_steps += 1;
         self.close_step();
-        self.find_crossings();
+        self.find_crossings(false);
         Ok(())
     }
 
@@ -305,18 +306,22 @@ impl Adaptive {
         at_block("the rate of friction", step, &self.slider, block)
     }
 
-    /// Finds the crossings within the step that was taken last; at the start, the blocks above the event speed.
-    fn find_crossings(&mut self) {
+    /// Finds the crossings within the step that was taken last, or by a jump at its beginning; at the start, the blocks
+    /// above the event speed.
+    fn find_crossings(&mut self, at_begin: bool) {
         let event_speed = self.equations.law.event_speed_m_per_s;
         for n in 0..self.plan.blocks {
             let is_above = self.is_above[n];
             let bound = if is_above { HYSTERESIS * event_speed } else { event_speed };
-            if (self.end.contacts[n].velocity.abs() > bound) == is_above {
+            let there = if at_begin { &self.begin } else { &self.end };
+            if (there.contacts[n].velocity.abs() > bound) == is_above {
                 continue;
             }
             self.is_above[n] = !is_above;
             let mut time_s = self.time_s;
-            time_s.add(self.step_s * self.crossing(n, bound, is_above));
+            if !at_begin {
+                time_s.add(self.step_s * self.crossing(n, bound, is_above));
+            }
             let block = n as u32;
             // After the grid steps that the beginning of the step has passed, and once by a block in a grid step.
             let passed_s = self.time_s.value().next_up();
@@ -399,15 +404,14 @@ impl Adaptive {
     fn energy(&self) -> Energy {
         let (equations, u) = (&self.equations, &self.slider.displacement_m);
         let (behind_m, _, _, energies_j) = self.within.parts();
-        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j] = *energies_j;
+        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j, prestress_work_j] = *energies_j;
         let square = |x: f64| 0.5 * x * x;
         let bonds = u.windows(2).map(|pair| equations.chain.stiffness_n_per_m * square(pair[1] - pair[0]));
         let springs = equations.drive_n_per_m.iter().zip(behind_m);
         let blocks = self.slider.velocity_m_per_s.iter();
-        let moved = equations.prestress_n.iter().zip(u).zip(&self.plan.initial.displacement_m);
         Energy {
             drive_work_j,
-            prestress_work_j: moved.map(|((force_n, u), from_m)| force_n * (u - from_m)).sum(),
+            prestress_work_j,
             friction_heat_j,
             anchor_change_j: 0.0,
             viscous_loss_j,

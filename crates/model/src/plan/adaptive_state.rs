@@ -7,8 +7,8 @@ use crate::plan::Plan;
 use crate::plan::ledger::Sum;
 
 /// How many energies the equations add up: work of the drive, friction heat, what radiation damping and what dashpots
-/// take.
-pub const ENERGIES: usize = 4;
+/// take, work of the prestress.
+pub const ENERGIES: usize = 5;
 
 /// Length of the first step, over the time in which the drive moves by `Dc`.
 const FIRST_STEP: f64 = 1e-6;
@@ -25,7 +25,7 @@ pub struct AdaptiveState {
     /// The length to try next.
     pub next_step_s: f64,
     /// `u_n - X` of each block, X the drive point, m; friction over `a p_n`; the states `psi_n`; and work of the drive,
-    /// friction heat, radiation and viscous loss, J.
+    /// friction heat, radiation, viscous loss and work of the prestress, J.
     pub unknowns: Vec<f64>,
     /// Crossings of the event speed after the last grid step, up to the end of the step.
     pub crossings: Vec<Crossing>,

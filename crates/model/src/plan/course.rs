@@ -1,4 +1,4 @@
-//! Piecewise-linear courses in time: of the normal load, and of the velocity of the drive.
+//! Courses in time: piecewise linear, of the normal load, the velocity of the drive and forces from outside; and swings.
 
 /// A number that changes piecewise linearly in time, between knots on the grid of time steps; constant before the
 /// first and after the last knot.
@@ -105,8 +105,30 @@ impl Course {
     }
 }
 
+/// A sine in time, from a time on: of the force from outside on each block, over its normal load at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swing {
+    /// Amplitude.
+    pub ratio: f64,
+    /// Period, s.
+    pub period_s: f64,
+    /// When it begins, on the grid of time steps, s.
+    pub from_s: f64,
+}
+
+impl Swing {
+    /// Its value at a time from its beginning on, and its rate, 1/s.
+    pub fn at(&self, time_s: f64) -> [f64; 2] {
+        let per_s = std::f64::consts::TAU / self.period_s;
+        // Without whole periods, whose remainder is exact, the phase keeps its digits.
+        let phase = per_s * ((time_s - self.from_s) % self.period_s);
+        [self.ratio * libm::sin(phase), self.ratio * per_s * libm::cos(phase)]
+    }
+}
+
 /// A number of each contact that changes piecewise linearly in time, between knots on the grid of time steps; constant
-/// before the first and after the last knot. Of the normal load it is a factor, of the prestress a force in N.
+/// before the first and after the last knot. Two knots at one step are a jump, as in [`Course`]. Of the normal load it
+/// is a factor, of the prestress a force in N.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactCourse {
     /// Knots, ascending, at least one: a step and a value for each contact.
@@ -137,9 +159,15 @@ impl ContactCourse {
         self.knots.iter().fold(0.0, |most, (_, values)| most.max(values[contact]))
     }
 
+    /// The values before the run: those of the first knot, also if they jump at once.
+    pub(crate) fn at_start(&self) -> &[f64] {
+        &self.knots[0].1
+    }
+
     /// The first knot after a step; `u64::MAX` if there is none.
     pub fn next_knot(&self, step: u64) -> u64 {
-        self.knots.iter().map(|(knot, _)| *knot).find(|knot| *knot > step).unwrap_or(u64::MAX)
+        let behind = self.knots.partition_point(|(knot, _)| *knot <= step);
+        self.knots.get(behind).map_or(u64::MAX, |(knot, _)| *knot)
     }
 
     /// The change of all values per step after a step, up to the next knot.

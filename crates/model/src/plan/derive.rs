@@ -4,7 +4,7 @@ use crate::body::ends::{EndBond, absorbing_kg_per_s};
 use crate::body::lattice::{self, Lattice};
 use crate::law::junctions::Junctions;
 use crate::law::laws::Law;
-use crate::plan::course::{ContactCourse, Course, by_contact};
+use crate::plan::course::{ContactCourse, Course, Swing, by_contact};
 use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::given_state::GivenState;
 use crate::plan::initial;
@@ -63,7 +63,7 @@ impl Plan {
         let mut start_n = prestress_n.clone();
         if prestress_course.is_some() || drive.force_n.is_some() {
             start_n.resize(blocks, 0.0);
-            let course_n = prestress_course.as_ref().map_or_else(Vec::new, |course| course.values(0));
+            let course_n = prestress_course.as_ref().map_or(&[][..], |course| course.at_start());
             start_n.iter_mut().zip(course_n).for_each(|(force, course)| *force += course);
             start_n[0] += drive.force_n.as_ref().map_or(0.0, |force_n| force_n.value(0, u64::MAX));
         }
@@ -136,6 +136,11 @@ impl Plan {
             given: None,
             top_load_n,
             prestress_course,
+            swing: (scenario.prestress.swing_ratio != 0.0).then(|| Swing {
+                ratio: scenario.prestress.swing_ratio,
+                period_s: scenario.prestress.swing_period_s,
+                from_s: grid.time_s(steps(scenario.prestress.swing_from_s)),
+            }),
             contact_load_course: ContactCourse::new(
                 load.course_s.iter().map(|time_s| steps(*time_s)).collect(),
                 by_contact(&load.course_factor, &load.course_s, blocks).collect(),
@@ -173,7 +178,7 @@ impl Plan {
         };
         match plan.friction.law.rate_and_state() {
             Some(law) => {
-                initial::start_in_state(&mut plan, &law, scenario.time.start == Start::Loaded);
+                initial::start_in_state(&mut plan, scenario, &law, &start_n);
             }
             None if scenario.time.start == Start::Loaded => initial::start_loaded(&mut plan),
             None => {}

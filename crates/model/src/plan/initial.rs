@@ -4,9 +4,11 @@ use crate::body::chain::{SteadyLoading, Stiffness};
 use crate::body::elastic::gaps;
 use crate::body::lattice::Lattice;
 use crate::law::rate_and_state::RateAndState;
+use crate::plan::derive::evolution_effects;
 use crate::plan::state::SliderState;
 use crate::plan::{Drive, Plan};
 use crate::scenario::Scenario;
+use crate::scenario::choices::Start;
 
 /// The state at time 0 of a run that starts at rest.
 pub(crate) fn state(
@@ -131,33 +133,50 @@ pub(crate) fn start_loaded(plan: &mut Plan) {
     plan.initial.velocity_m_per_s = steady.velocity_m_per_s;
 }
 
-/// Sets the start of a plan by rate-and-state: the state of each contact is that of steady sliding at `V_l`, the
-/// velocity of the drive, `theta = D_c / V_l`.
+/// The states `psi_n` in which contacts begin by rate-and-state: those of a given `theta`, or of steady sliding at `V_l`,
+/// the velocity of the drive; where the drive begins at rest, at that of the block, or else at `V_0`.
+pub(crate) fn states_at_start(scenario: &Scenario, law: &RateAndState) -> Vec<f64> {
+    let friction = &scenario.friction;
+    let state = |(n, b): (usize, &f64)| {
+        let speeds = [scenario.drive.velocity_m_per_s, friction.velocity_at_start_m_per_s(n)];
+        let steady_m_per_s = speeds.into_iter().find(|speed| *speed > 0.0);
+        match friction.theta_at_start_s(n) {
+            0.0 => law.steady_state(*b, steady_m_per_s.unwrap_or(law.reference_velocity_m_per_s)),
+            theta_s => law.state_of_theta(*b, theta_s),
+        }
+    };
+    evolution_effects(scenario).iter().enumerate().map(state).collect()
+}
+
+/// Sets the start of a plan by rate-and-state, with the forces `start_n` from outside besides the drive.
 ///
-/// Loaded, every block moves at `V = V_l e^x`, and springs and drive balance the friction at that velocity and the
-/// damping `E V`: `M u = tau_p - F - E V`, with `M` the stiffness of chain and drive. The kick `x` must be in `u`:
-/// one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are at rest with relaxed springs.
-pub fn start_in_state(plan: &mut Plan, law: &RateAndState, is_loaded: bool) {
-    let drive_m_per_s = plan.drive.velocity_m_per_s;
-    let effects = &plan.friction.evolution_effects;
-    plan.initial.friction_state = effects.iter().map(|b| law.steady_state(*b, drive_m_per_s)).collect();
+/// Loaded, every block moves at its given `V(0)` or at `V = V_l e^x`, and springs and drive balance the friction at that
+/// velocity, the damping `E V` and the dashpots: `M u = tau_p + D V - F - E V`, with `M` the stiffness of chain and
+/// drive. The kick `x` must be in `u`: one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are
+/// at rest with relaxed springs.
+pub(crate) fn start_in_state(plan: &mut Plan, scenario: &Scenario, law: &RateAndState, start_n: &[f64]) {
+    plan.initial.friction_state = states_at_start(scenario, law);
+    let is_loaded = scenario.time.start == Start::Loaded;
     let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
-    let velocity_m_per_s = drive_m_per_s * libm::exp(law.initial_kick);
-    let mut pull_n: Vec<f64> = plan
-        .outside(0, u64::MAX)
-        .loads_n()
-        .iter()
-        .zip(&plan.initial.friction_state)
-        .map(|(p, state)| {
-            -(p * law.coefficient(velocity_m_per_s, *state) + law.radiation_kg_per_s * velocity_m_per_s)
-        })
-        .collect();
-    let still = vec![0.0; plan.blocks];
-    plan.outside(0, u64::MAX).add_n(&mut pull_n, [&still, &still]);
+    let kicked_m_per_s = plan.drive.velocity_m_per_s * libm::exp(law.initial_kick);
+    let velocity = |n: usize| match scenario.friction.velocity_at_start_m_per_s(n) {
+        0.0 => kicked_m_per_s,
+        given_m_per_s => given_m_per_s,
+    };
+    let velocity_m_per_s: Vec<f64> = (0..plan.blocks).map(velocity).collect();
+    let (outside, still) = (plan.outside(0, u64::MAX), vec![0.0; plan.blocks]);
+    let states = outside.loads_n().into_iter().zip(&plan.initial.friction_state).zip(&velocity_m_per_s);
+    let resists = |(n, ((p, state), v)): (usize, ((f64, &f64), &f64))| {
+        plan.elastic.damping_force_n(&velocity_m_per_s, n)
+            - (p * law.coefficient(*v, *state) + law.radiation_kg_per_s * v)
+    };
+    let mut pull_n: Vec<f64> = states.enumerate().map(resists).collect();
+    outside.pull([&still, &still], |block, force_n| pull_n[block] += force_n);
+    pull_n.iter_mut().zip(start_n).for_each(|(pull, start)| *pull += start);
     chain.stuck(&still, &plan.drive.stiffness_n_per_m(plan.blocks)).solve(&mut pull_n);
     plan.initial.stick_position_m.clone_from(&pull_n);
     plan.initial.displacement_m = pull_n;
-    plan.initial.velocity_m_per_s = vec![velocity_m_per_s; plan.blocks];
+    plan.initial.velocity_m_per_s = velocity_m_per_s;
 }
 
 /// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.
@@ -292,6 +311,40 @@ mod tests {
         assert!(
             plan(&[]).initial.friction_state.is_empty() && plan(&[]).friction.evolution_effects.is_empty()
         );
+    }
+
+    #[test]
+    fn a_free_start_is_in_balance_with_its_friction_and_dashpots() {
+        let sets = [
+            "friction.law=rate-and-state",
+            "slider.blocks=3",
+            "drive.kind=top",
+            "friction.initial_velocities_m_per_s=[1e-5,3e-4,1e-4]",
+            "friction.initial_theta_s=0.02",
+            "friction.radiation_kg_per_s=30",
+            "prestress.ratio=0.1",
+            // What jumps at once does so behind the start.
+            "prestress.course_s=[0,0]",
+            "prestress.course_ratio=[0.05,0.4]",
+        ];
+        let plan = plan(&sets);
+        let (initial, p) = (&plan.initial, 400.0 / 3.0);
+        let v = [1e-5, 3e-4, 1e-4];
+        assert_eq!(initial.velocity_m_per_s, v);
+        for n in 0..3 {
+            let spring = &plan.drive.springs[n];
+            let pull_n = plan.elastic.spring_force_n(&initial.displacement_m, n)
+                + plan.elastic.damping_force_n(&v, n)
+                + spring.force_n(0.0, initial.displacement_m[n])
+                + 0.15 * p;
+            assert!((initial.friction_state[n] - (0.6 + 0.015 * 0.02f64.ln())).abs() < 1e-14);
+            let friction = 0.6 + 0.01 * (v[n] / 1e-6).ln() + 0.015 * 0.02f64.ln();
+            let expected_n = p * friction + 30.0 * v[n];
+            assert!((pull_n - expected_n).abs() < 1e-8 * p, "block {n}: {pull_n} for {expected_n}");
+        }
+        let prz = self::plan(&[&sets[..], &["friction.evolution=prz"]].concat());
+        let [ageing, prz] = [&plan, &prz].map(|plan| plan.initial.friction_state[0]);
+        assert!((ageing - prz - 0.015 * 2f64.ln()).abs() < 1e-14, "prz has 2 D_c");
     }
 
     #[test]

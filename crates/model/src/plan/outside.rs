@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::plan::Plan;
-use crate::plan::course::Course;
+use crate::plan::course::{Course, Swing};
 use crate::plan::load::{Load, Ramp};
 
 /// The drive in one step.
@@ -96,13 +96,16 @@ impl Outside<'_> {
         }
     }
 
-    /// The last step up to which velocity and load change at the rates of this one; `u64::MAX` if they never change.
+    /// The last step up to which velocity, load and prestress but for its swing change at the rates of this one;
+    /// `u64::MAX` if they never change.
     pub fn until_step(&self) -> u64 {
         let Outside { plan, step, hold_step, .. } = *self;
         let of_load = plan.load_course.next_knot(step, hold_step);
-        let of_contacts = plan.contact_load_course.as_ref().map_or(u64::MAX, |course| course.next_knot(step));
-        let stop = if hold_step > step { hold_step } else { u64::MAX };
-        of_load.min(of_contacts).min(self.drive_knot_step()).min(stop)
+        let of_contacts = [&plan.contact_load_course, &plan.prestress_course].into_iter().flatten();
+        let of_contacts = of_contacts.map(|course| course.next_knot(step)).min().unwrap_or(u64::MAX);
+        let swing = plan.swing.map_or(u64::MAX, |swing| plan.grid.nearest_step(swing.from_s));
+        let later = |at: u64| if at > step { at } else { u64::MAX };
+        of_load.min(of_contacts).min(self.drive_knot_step()).min(later(hold_step)).min(later(swing))
     }
 
     /// The next knot of the course of the drive; `u64::MAX` for none.
@@ -171,12 +174,24 @@ impl Outside<'_> {
         course.map(|force_n| force_n.value(self.step.min(self.hold_step), u64::MAX))
     }
 
-    /// The constant forces on all blocks, N, with their courses; empty for none.
+    /// The swing of the prestress, if it has begun.
+    pub fn swing(&self) -> Option<Swing> {
+        self.plan.swing.filter(|swing| self.plan.grid.time_s(self.step) >= swing.from_s)
+    }
+
+    /// The constant forces on all blocks, N, with their courses and their swing; empty for none.
     pub fn prestress_n(&self) -> Cow<'_, [f64]> {
-        let constant_n = &self.plan.prestress_n;
-        let Some(course) = &self.plan.prestress_course else { return Cow::Borrowed(constant_n) };
-        let mut forces_n = course.values(self.step);
+        let (plan, constant_n) = (self.plan, &self.plan.prestress_n);
+        if plan.prestress_course.is_none() && plan.swing.is_none() {
+            return Cow::Borrowed(constant_n);
+        }
+        let course = plan.prestress_course.as_ref();
+        let mut forces_n = course.map_or_else(|| vec![0.0; plan.blocks], |course| course.values(self.step));
         forces_n.iter_mut().zip(constant_n).for_each(|(force, constant)| *force += constant);
+        if let Some(swing) = self.swing() {
+            let [ratio, _] = swing.at(plan.grid.time_s(self.step));
+            forces_n.iter_mut().zip(&plan.normal_load_n).for_each(|(force, load)| *force += ratio * load);
+        }
         Cow::Owned(forces_n)
     }
 

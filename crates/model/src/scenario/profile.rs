@@ -66,7 +66,29 @@ pub(crate) fn parse_profile(text: &str, blocks: usize) -> Result<[Vec<f64>; 1], 
     Ok([interpolated(&lines, &x, &values, blocks)?])
 }
 
-/// The values at all blocks between rows, not none, of places and values.
+/// The format of a start by rate-and-state friction, as stated in errors.
+pub(crate) const ACCEPTED_START: &str = "a CSV file with the header x_over_l,velocity_m_per_s,theta_s, numbers above 0 \
+                                         below the last two, and rows by ascending x_over_l, the first 0, the last 1";
+
+/// Reads velocities and states along the slider, and interpolates their logarithms linearly to every block.
+///
+/// # Errors
+/// If it is not of that kind.
+pub(crate) fn parse_start(text: &str, blocks: usize) -> Result<[Vec<f64>; 2], Wrong> {
+    const NAMES: [&str; 3] = ["x_over_l", "velocity_m_per_s", "theta_s"];
+    let (lines, [x, velocities, thetas]) = columns(text, NAMES, true)?;
+    let along = |name: &str, values: &[f64]| {
+        if let Some(n) = values.iter().position(|value| *value <= 0.0) {
+            return Err((lines[n], format!("{name} is {}, not above 0", values[n])));
+        }
+        let logarithms: Vec<f64> = values.iter().map(|value| libm::log(*value)).collect();
+        Ok(interpolated(&lines, &x, &logarithms, blocks)?.into_iter().map(libm::exp).collect())
+    };
+    Ok([along(NAMES[1], &velocities)?, along(NAMES[2], &thetas)?])
+}
+
+/// The values at all blocks between rows, not none, of places and values. For a single block, which is at 0, one row is
+/// enough.
 fn interpolated(lines: &[usize], x: &[f64], values: &[f64], blocks: usize) -> Result<Vec<f64>, Wrong> {
     for (n, line) in lines.iter().enumerate() {
         let problem = if n == 0 && x[0] != 0.0 {
@@ -76,12 +98,15 @@ fn interpolated(lines: &[usize], x: &[f64], values: &[f64], blocks: usize) -> Re
         } else if values[n].abs() > MOST_MAGNITUDE {
             // Between larger ones, nothing can be interpolated.
             format!("{:e} is too large to calculate with, beyond {MOST_MAGNITUDE:e}", values[n])
-        } else if n + 1 == lines.len() && x[n] != 1.0 {
+        } else if n + 1 == lines.len() && x[n] != 1.0 && (n, blocks) != (0, 1) {
             format!("the last row is at {}", x[n])
         } else {
             continue;
         };
         return Err((*line, problem));
+    }
+    if blocks == 1 {
+        return Ok(vec![values[0]]);
     }
     let mut behind = 1;
     let at_block = |n: usize| {
@@ -104,24 +129,34 @@ pub(crate) fn accepted_course(value: &str) -> String {
 }
 
 /// Reads profiles over time, and interpolates each to all blocks: the times, and the values of all blocks, time by time.
+/// For a single block, places may be left out.
 ///
 /// # Errors
 /// If it is not of that kind.
 pub(crate) fn parse_course(text: &str, value: &str, blocks: usize) -> Result<[Vec<f64>; 2], Wrong> {
-    let (lines, [times_s, x, of_rows]) = columns(text, ["time_s", "x_over_l", value], true)?;
+    let (lines, [times_s, x, of_rows]) = if blocks == 1 && !text.contains("x_over_l") {
+        let (lines, [times_s, of_rows]) = columns(text, ["time_s", value], true)?;
+        let x = vec![0.0; lines.len()];
+        (lines, [times_s, x, of_rows])
+    } else {
+        columns(text, ["time_s", "x_over_l", value], true)?
+    };
     let (mut times, mut values, mut from) = (Vec::new(), Vec::new(), 0);
-    for same in times_s.chunk_by(|a, b| a == b) {
-        let rows = from..from + same.len();
-        if times.last().is_some_and(|last_s| same[0] < *last_s) {
-            return Err((lines[from], format!("time {} is below the one before", same[0])));
+    // A profile that begins again at the same time is that behind a jump.
+    let begins_again = |n: usize| x[n] == 0.0 && (blocks == 1 || x[n - 1] == 1.0);
+    while from < times_s.len() {
+        let is_next = |n: &usize| times_s[*n] != times_s[from] || begins_again(*n);
+        let rows = from..(from + 1..times_s.len()).find(is_next).unwrap_or(times_s.len());
+        if times.last().is_some_and(|last_s| times_s[from] < *last_s) {
+            return Err((lines[from], format!("time {} is below the one before", times_s[from])));
         }
         if values.len() + blocks > MOST_COURSE_VALUES {
             let problem = format!("more than {MOST_COURSE_VALUES} values of {blocks} blocks at all times");
             return Err((lines[from], problem));
         }
-        times.push(same[0]);
+        times.push(times_s[from]);
+        from = rows.end;
         values.extend(interpolated(&lines[rows.clone()], &x[rows.clone()], &of_rows[rows], blocks)?);
-        from += same.len();
     }
     Ok([times, values])
 }
@@ -147,7 +182,7 @@ pub(crate) fn parse_blocks(text: &str, blocks: usize) -> Result<[Vec<f64>; 4], W
 
 #[cfg(test)]
 mod tests {
-    use super::{parse_blocks, parse_course, parse_profile};
+    use super::{parse_blocks, parse_course, parse_profile, parse_start};
 
     #[test]
     fn a_file_that_is_too_long_is_refused() {
@@ -175,6 +210,41 @@ mod tests {
             assert_eq!(read(&format!("{head}{rows}")).unwrap_err(), (line, problem.to_owned()), "{rows:?}");
         }
         assert_eq!(read("time_s,x_over_l,ratio\n").unwrap_err().0, 1);
+    }
+
+    #[test]
+    fn a_profile_that_begins_again_is_behind_a_jump_and_one_block_needs_one_row() {
+        let text = "time_s,x_over_l,ratio\n1,0,0\n1,1,2\n1,0,3\n1,1,3\n2,0,0\n2,1,0\n";
+        assert_eq!(
+            parse_course(text, "ratio", 2).unwrap(),
+            [vec![1.0, 1.0, 2.0], vec![0.0, 2.0, 3.0, 3.0, 0.0, 0.0]]
+        );
+        let expected = [vec![1.0, 1.0, 2.0], vec![0.0, 3.0, 1.0]];
+        for text in ["time_s,x_over_l,ratio\n1,0,0\n1,0,3\n2,0,1\n2,1,9\n", "time_s,ratio\n1,0\n1,3\n2,1\n"] {
+            assert_eq!(parse_course(text, "ratio", 1).unwrap(), expected, "{text}");
+        }
+        assert_eq!(parse_course("time_s,ratio\n1,0\n", "ratio", 2).unwrap_err().0, 1);
+    }
+
+    #[test]
+    fn starts_are_interpolated_in_logarithms() {
+        let read =
+            |rows: &str, blocks| parse_start(&format!("theta_s,x_over_l,velocity_m_per_s\n{rows}"), blocks);
+        let [v, theta] = read("1,0,1e-8\n100,1,1e-4\n", 3).unwrap();
+        for (found, expected) in v.iter().zip([1e-8, 1e-6, 1e-4]).chain(theta.iter().zip([1.0, 10.0, 100.0]))
+        {
+            assert!((found / expected - 1.0).abs() < 1e-14, "{found} {expected}");
+        }
+        let [v, theta] = read("5,0,1e-6\n", 1).unwrap();
+        assert!((v[0] / 1e-6 - 1.0).abs() < 1e-14 && (theta[0] / 5.0 - 1.0).abs() < 1e-14);
+        for (rows, line, problem) in [
+            ("1,0,0\n1,1,1\n", 2, "velocity_m_per_s is 0, not above 0"),
+            ("1,0,1\n-1,1,1\n", 3, "theta_s is -1, not above 0"),
+            ("1,0,1\n", 2, "the last row is at 0"),
+            ("1,0.5,1\n1,1,1\n", 2, "the first row is at 0.5"),
+        ] {
+            assert_eq!(read(rows, 3).unwrap_err(), (line, problem.to_owned()), "{rows}");
+        }
     }
 
     #[test]

@@ -175,6 +175,13 @@ impl Scenario {
             let is_between = time_s > 0.0 && nearest <= MOST_STEPS && grid.whole_steps(time_s).is_none();
             if is_between { in_few_digits(&grid, grid.time_s(nearest)) } else { time_s }
         };
+        let of_start = [
+            ("friction.initial_velocities_m_per_s", &mut friction.initial_velocities_m_per_s),
+            ("friction.initial_thetas_s", &mut friction.initial_thetas_s),
+        ];
+        let (file, accepted) = (&friction.initial_csv, profile::ACCEPTED_START.to_owned());
+        let parse = |text: &str| profile::parse_start(text, blocks);
+        reading.lists(("friction.initial_csv", file), of_start, parse, accepted);
         let [mu_s, mu_d, kt, p] = Quantity::ALL.map(Quantity::offsets_key);
         let of_blocks = [
             (mu_s, &mut friction.static_offsets),

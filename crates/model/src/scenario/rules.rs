@@ -399,6 +399,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
     let times = [
         ("drive.hold_from_s", scenario.drive.hold_from_s),
         ("friction.slip_memory_s", scenario.friction.slip_memory_s),
+        ("prestress.swing_from_s", scenario.prestress.swing_from_s),
         ("initial.at_s", scenario.initial.at_s),
         ("recording.sample_s", scenario.recording.sample_s),
         ("recording.fields_s", scenario.recording.fields_s),

@@ -150,6 +150,19 @@ fn cases() -> Vec<(&'static str, Vec<&'static str>)> {
         ("rate-and-state", vec!["time.duration_s=2"]),
         ("slab", SLAB.to_vec()),
         ("sheet-coarse", SHEET.to_vec()),
+        (
+            "rate-and-state",
+            vec![
+                "time.duration_s=2",
+                "friction.initial_velocity_m_per_s=2e-4",
+                "friction.initial_theta_s=0.02",
+                "prestress.course_s=[0.3,0.9,0.9]",
+                "prestress.course_ratio=[0,0.02,-0.01]",
+                "prestress.swing_ratio=2e-3",
+                "prestress.swing_period_s=0.1",
+                "prestress.swing_from_s=0.2",
+            ],
+        ),
     ]
 }
 
@@ -182,7 +195,9 @@ fn branches_without_change_are_the_rest_of_the_run(numbers: &[usize]) {
                 compared[if !is_exact { 2 } else { usize::from(slid(step) > 0) }] += 1;
                 let at = format!("initial.at_s={}", plan.grid.time_s(step));
                 let from = from(&log);
-                let branch = accepted(name, &[&sets[..], &[&from, &at]].concat());
+                // A free start is none of a branch.
+                let none = ["friction.initial_velocity_m_per_s=0", "friction.initial_theta_s=0"];
+                let branch = accepted(name, &[&sets[..], &[&from, &at], &none].concat());
                 let branched = Plan::new(&branch);
                 assert_eq!(branched.initial.step, step);
                 assert_eq!(branched.drive.offset_m.to_bits(), 0.0_f64.to_bits());
@@ -213,7 +228,7 @@ fn branches_without_change_are_the_rest_of_the_run(numbers: &[usize]) {
 
 #[test]
 fn a_branch_without_change_is_the_rest_of_the_run() {
-    branches_without_change_are_the_rest_of_the_run(&[1, 10, 11, 12]);
+    branches_without_change_are_the_rest_of_the_run(&[1, 10, 11, 12, 13]);
 }
 
 /// The cases that are left; `cargo xtask ci` runs them.

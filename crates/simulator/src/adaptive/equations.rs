@@ -4,9 +4,10 @@
 //! it besides friction is
 //!
 //! ```text
-//! T_n = k (w_{n+1} - 2 w_n + w_{n-1}) + eta (V_{n+1} - 2 V_n + V_{n-1}) - K_n w_n + prestress_n,
+//! T_n = k (w_{n+1} - 2 w_n + w_{n-1}) + eta (V_{n+1} - 2 V_n + V_{n-1}) - K_n w_n + Q_n,
 //! ```
 //!
+//! with the prestress `Q_n(t)`,
 //! friction is `F = p a y` with `y = asinh((V / 2 V0) exp(psi / a))`, and radiation resists with `E V`. The unknowns
 //! of a block are `w`, `y` and the state `psi`:
 //!
@@ -36,8 +37,12 @@ use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 use asperity_model::plan::adaptive_state::ENERGIES;
+use asperity_model::plan::course::{ContactCourse, Swing};
 
 use crate::kernels;
+
+/// Fewest steps in a period of a swing.
+const STEPS_OF_A_PERIOD: f64 = 20.0;
 
 /// Unknowns, or their rates: `w_n` of all blocks, m; `y_n`, which without inertia follow from the others; `psi_n`; and
 /// the energies up to now, J.
@@ -113,6 +118,9 @@ pub(super) struct DriveAndLoad {
     pub(super) load_per_s: f64,
     /// Time since the piece of the courses began, s.
     pub(super) since_s: f64,
+    /// The swing of the prestress in this piece, if any; its value, over the load of the start, and its rate, 1/s.
+    swing: Option<Swing>,
+    swung: [f64; 2],
 }
 
 impl DriveAndLoad {
@@ -120,7 +128,7 @@ impl DriveAndLoad {
     pub(super) fn from_step(plan: &Plan, step: u64) -> DriveAndLoad {
         let outside = plan.outside(step, plan.initial.hold_step);
         let per_s = 1.0 / plan.grid.step_s();
-        DriveAndLoad {
+        let begin = DriveAndLoad {
             from_s: plan.grid.time_s(step),
             until_step: outside.until_step(),
             drive_m_per_s: outside.velocity_m_per_s(),
@@ -128,7 +136,15 @@ impl DriveAndLoad {
             load: outside.load().scaled_n(1.0),
             load_per_s: outside.ramp().change_n(1.0) * per_s,
             since_s: 0.0,
-        }
+            swing: outside.swing(),
+            swung: [0.0; 2],
+        };
+        begin.after(0.0)
+    }
+
+    /// The longest step, s: a share of the period of the swing, of which estimates of errors miss whole ones.
+    pub(super) fn longest_step_s(self) -> f64 {
+        self.swing.map_or(f64::INFINITY, |swing| swing.period_s / STEPS_OF_A_PERIOD)
     }
 
     /// At a time in the same piece, from its beginning.
@@ -142,6 +158,7 @@ impl DriveAndLoad {
             drive_m_per_s: self.drive_m_per_s + self.drive_m_per_s2 * seconds,
             load: self.load + self.load_per_s * seconds,
             since_s: self.since_s + seconds,
+            swung: self.swing.map_or([0.0; 2], |swing| swing.at(self.from_s + (self.since_s + seconds))),
             ..self
         }
     }
@@ -189,8 +206,10 @@ pub(super) struct Equations {
     pub(super) chain: Chain,
     /// `K_n`.
     pub(super) drive_n_per_m: Vec<f64>,
-    pub(super) prestress_n: Vec<f64>,
-    /// `a p_n` at the load of the start.
+    /// The prestress at the beginning of the piece, N, and its rate, N/s, without its swing.
+    prestress_n: [Vec<f64>; 2],
+    /// `p_n` and `a p_n` at the load of the start.
+    load_n: Vec<f64>,
     direct_n: Vec<f64>,
     /// Where the loads of single contacts follow courses, their factors at the beginning of the piece, and their rates, 1/s.
     contact_loads: Option<[Vec<f64>; 2]>,
@@ -202,14 +221,14 @@ pub(super) struct Equations {
 impl Equations {
     pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
         let blocks = plan.blocks;
-        let prestress_n = plan.prestress_n.iter().copied().chain(std::iter::repeat(0.0));
         Equations {
             law,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
             chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
-            prestress_n: prestress_n.take(blocks).collect(),
+            prestress_n: [vec![0.0; blocks], vec![0.0; blocks]],
+            load_n: plan.normal_load_n.clone(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
             contact_loads: None,
             contacts: vec![Contact::default(); blocks],
@@ -220,10 +239,24 @@ impl Equations {
     /// Begins a piece of the courses of contacts at a grid step.
     pub(super) fn begin_piece(&mut self, plan: &Plan, step: u64) {
         let per_s = 1.0 / plan.grid.step_s();
-        self.contact_loads = plan.contact_load_course.as_ref().map(|course| {
+        let at_step = |course: &ContactCourse| {
             let rates = course.rates(step).into_iter().map(|rate| rate * per_s);
             [course.values(step), rates.collect()]
-        });
+        };
+        self.contact_loads = plan.contact_load_course.as_ref().map(at_step);
+        let zeros = || vec![0.0; plan.blocks];
+        self.prestress_n = plan.prestress_course.as_ref().map_or_else(|| [zeros(), zeros()], at_step);
+        self.prestress_n[0]
+            .iter_mut()
+            .zip(&plan.prestress_n)
+            .for_each(|(force, constant)| *force += constant);
+    }
+
+    /// `Q_n` at a time, N, and its rate, N/s.
+    pub(super) fn prestress_n(&self, n: usize, outside: DriveAndLoad) -> [f64; 2] {
+        let ([force_n, n_per_s], [swing, swing_per_s]) = (&self.prestress_n, outside.swung);
+        let load_n = self.load_n[n];
+        [force_n[n] + n_per_s[n] * outside.since_s + swing * load_n, n_per_s[n] + swing_per_s * load_n]
     }
 
     /// `a p_n` at a time.
@@ -300,10 +333,10 @@ impl Equations {
     }
 
     /// `T_n` without dashpots.
-    fn pulled_n(&self, n: usize, behind_m: impl Fn(usize) -> f64) -> f64 {
-        let here = behind_m(n);
+    fn pulled_n(&self, n: usize, outside: DriveAndLoad, behind_m: impl Fn(usize) -> f64) -> f64 {
+        let (here, [prestress_n, _]) = (behind_m(n), self.prestress_n(n, outside));
         let strained_m = self.beside(n, |m| behind_m(m) - here);
-        self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + self.prestress_n[n]
+        self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + prestress_n
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places.
@@ -313,7 +346,7 @@ impl Equations {
         if self.has_inertia() {
             return self.growth(unknown(blocks + n), state);
         }
-        self.friction_under(self.pulled_n(n, unknown), self.direct_n(n, outside), state)
+        self.friction_under(self.pulled_n(n, outside, unknown), self.direct_n(n, outside), state)
     }
 
     /// `|V|` of block `n` at a time, given the unknowns by their places.
@@ -336,7 +369,7 @@ impl Equations {
     pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
-            self.pulled_n[n] = self.pulled_n(n, unknown);
+            self.pulled_n[n] = self.pulled_n(n, outside, unknown);
             let growth = self.friction(n, outside, unknown);
             self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
             at.0[self.chain.nodes + n] = growth.friction;
@@ -389,6 +422,7 @@ impl Equations {
             work_w[1] += friction_n * v;
             work_w[2] += radiation * v * v;
             work_w[3] += self.chain.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
+            work_w[4] += self.prestress_n(n, outside)[0] * v;
         }
     }
 

@@ -89,6 +89,7 @@ impl StageSystem {
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
                 - equations.direct_change_n(n, *outside, ahead_s) * friction[n]
                 - kappa[n] * state_share[n] * r_psi[n]
+                + equations.prestress_n(n, *outside)[1] * ahead_s
                 + pulled_n / sigma;
             before = (right + beside * before) * pivot[n];
             change[n] = before;
@@ -112,6 +113,8 @@ impl StageSystem {
             work_w[1] += direct_n * (v * r_y[n] + friction[n] * z)
                 + equations.direct_change_n(n, *outside, ahead_s) * friction[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
+            let [prestress_n, n_per_s] = equations.prestress_n(n, *outside);
+            work_w[4] += prestress_n * z + n_per_s * ahead_s * v;
             if let Some(next) = contacts.get(n + 1) {
                 work_w[3] +=
                     2.0 * equations.chain.damping_kg_per_s * (next.velocity - v) * (change_after - z);

@@ -205,7 +205,7 @@ fn a_run_that_is_resumed_is_the_run() {
 }
 
 /// Runs of every law and solver, and of every part of their states.
-const RESUMED: [(SolverKind, &str, [Sets; 2]); 18] = [
+const RESUMED: [(SolverKind, &str, [Sets; 2]); 19] = [
     (FAST, "default", [&["time.duration_s=0.15"], &[]]),
     // Long chains: waves, windows of most lengths, and no windows for long steps.
     (FAST, "default", [&["slider.blocks=600", "time.duration_s=0.02", "recording.sample_s=1e-5"], &[]]),
@@ -328,6 +328,23 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 18] = [
                 "slider.relative_damping=0",
                 "drive.course_s=[0.2, 0.3]",
                 "drive.course_m_per_s=[1e-4, 2e-4]",
+            ],
+        ],
+    ),
+    (
+        SolverKind::Adaptive,
+        "rate-and-state",
+        [
+            &["time.duration_s=1", "recording.sample_s=2e-3", "time.tolerance=1e-5", "slider.blocks=3"],
+            &[
+                "friction.evolution_offsets=[]",
+                "friction.initial_velocities_m_per_s=[1e-5,2e-4,1e-4]",
+                "friction.initial_theta_s=0.1",
+                "prestress.course_s=[0.2, 0.4, 0.4, 0.7]",
+                "prestress.course_ratio=[0, 0, 0, 0.1, 0.1, 0.1, -0.1, 0.2, 0, 0, 0, 0]",
+                "prestress.swing_ratio=0.01",
+                "prestress.swing_period_s=0.07",
+                "prestress.swing_from_s=0.3",
             ],
         ],
     ),

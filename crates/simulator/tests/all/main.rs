@@ -19,6 +19,7 @@ mod page;
 mod physics;
 mod radiation;
 mod rate_and_state;
+mod rate_and_state_forces;
 mod slab;
 mod slab_fast;
 mod slip_weakening;

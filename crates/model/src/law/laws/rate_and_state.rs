@@ -91,6 +91,18 @@ impl RateAndState {
         slips * self.critical_slip_m / velocity_m_per_s.abs()
     }
 
+    /// The state `psi` of a `theta`, with the evolution effect `b`.
+    pub fn state_of_theta(&self, b: f64, theta_s: f64) -> f64 {
+        let steady_s = self.steady_theta_s(self.reference_velocity_m_per_s);
+        self.reference_coefficient + b * libm::log(theta_s / steady_s)
+    }
+
+    /// The `theta` of a state, s.
+    pub fn theta_s(&self, b: f64, state: f64) -> f64 {
+        let steady_s = self.steady_theta_s(self.reference_velocity_m_per_s);
+        steady_s * libm::exp((state - self.reference_coefficient) / b)
+    }
+
     /// Friction over the normal load, of the sign of the velocity: `a asinh[(V / 2 V_0) exp(psi / a)]`.
     /// `exp(psi / a)` is of the order of `e^60` and is never formed.
     pub fn coefficient(&self, velocity_m_per_s: f64, state: f64) -> f64 {
@@ -157,6 +169,14 @@ impl ContactLaw for RateAndState {
         "friction.inertia",
         "friction.radiation_kg_per_s",
         "friction.initial_kick",
+        "friction.initial_velocity_m_per_s",
+        "friction.initial_velocities_m_per_s",
+        "friction.initial_theta_s",
+        "friction.initial_thetas_s",
+        "friction.initial_csv",
+        "prestress.swing_ratio",
+        "prestress.swing_period_s",
+        "prestress.swing_from_s",
         "friction.event_speed_m_per_s",
         "time.tolerance",
     ];
@@ -288,6 +308,13 @@ mod tests {
         for (found, dynamic) in course("10").into_iter().zip([four, one]) {
             assert!((found / (0.1 * dynamic) - 1.0).abs() < 1e-12, "{found} {dynamic}");
         }
+        // A free start counts as the drive does, and where that rests it decides alone; a constant drive keeps its own.
+        let free = "friction.initial_velocity_m_per_s=1e-5";
+        assert!((m_per_s(&["drive.velocity_m_per_s=2e-5", free]) / 2e-4 - 1.0).abs() < 1e-15);
+        let v0 = |speed: &str| m_per_s(&["drive.velocity_m_per_s=0", &*speed.replace('V', "friction.initial_velocity_m_per_s")]);
+        let dynamic = v0("V=1e-9");
+        assert!(dynamic > 1e-5 && v0("V=2e-9") == dynamic);
+        assert!((v0("V=10") / 100.0 - 1.0).abs() < 1e-15);
         assert_eq!(m_per_s(&["friction.event_speed_m_per_s=0.01"]), 0.01);
         assert_eq!(law(&["time.tolerance=1e-9"]).tolerance, 1e-9);
     }

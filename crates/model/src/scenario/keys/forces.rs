@@ -45,13 +45,6 @@ const SHEAR: &[(Need, &str)] = &[
 ];
 const STEADY: &str = "shear and velocities at the start follow from time.start";
 const OUTSIDE: &[(Need, &str)] = &[(Chain, "the only force from outside on this body is its normal load")];
-const FORCES: &[(Need, &str)] = &[
-    LOADS[0],
-    (
-        Laws(FrictionLaw::has_two_states),
-        "courses of forces are those of laws with one state per contact, that of sticking or sliding",
-    ),
-];
 const MOVES: &[(Need, &str)] = &[
     (Chain, "it is that of a mode of a chain, and this body begins at rest"),
     (Laws(FrictionLaw::sticks), STEADY),
@@ -178,12 +171,21 @@ section! {
         profile: List = List::new(); SHEAR_RATIOS; needs OUTSIDE;
         /// A file of columns time_s, x_over_l and ratio, named from the current folder, with a profile along the chain
         /// at each of its times: a force from outside on each block over its normal load at the start, in addition,
-        /// interpolated linearly in place and time. It is read once; the run's log holds what it said.
-        course_csv: String = ""; Text(LONGEST_NAME_BYTES); needs &[FORCES[0], FORCES[1], (Blocks, ALONG)];
-        /// Times of such a course, ascending, each a whole number of steps; empty for none.
-        course_s: List = List::new(); Numbers(Included(0.0), Unbounded); needs FORCES;
+        /// interpolated linearly in place and time; of a single block one row at each time. It is read once; the run's
+        /// log holds what it said.
+        course_csv: String = ""; Text(LONGEST_NAME_BYTES); needs LOADS;
+        /// Times of such a course, not descending, each a whole number of steps; two equal times are a jump. Empty for
+        /// none.
+        course_s: List = List::new(); Numbers(Included(0.0), Unbounded); needs LOADS;
         /// Ratios at these times: one for all blocks, or one for each block, time by time.
-        course_ratio: List = List::new(); SHEAR_RATIOS; needs FORCES;
+        course_ratio: List = List::new(); SHEAR_RATIOS; needs LOADS;
+        /// Of rate-and-state: amplitude of a force r p sin(2 pi (t - t_0) / P) from outside on each block, in addition,
+        /// from swing_from_s on, over its normal load at the start. The steps of the solver are at most P / 20.
+        swing_ratio: f64 = 0.0; SHEAR_RATIO, "r";
+        /// Its period, at least time.step_s; 0 without a swing.
+        swing_period_s: f64 = 0.0; NOT_NEGATIVE, "P";
+        /// When it begins, a whole number of steps.
+        swing_from_s: f64 = 0.0; NOT_NEGATIVE, "t_0";
     }
 }
 

@@ -2,11 +2,13 @@
 
 use std::ops::Bound::{Excluded, Included, Unbounded};
 
+use asperity_record::bounds::LONGEST_NAME_BYTES;
+
 use super::section::section;
 use crate::law::laws::{self, FrictionLaw};
 use crate::law::rate_and_state::Evolution;
 use crate::scenario::choices::{DetachBy, JunctionStart, Reattach};
-use crate::scenario::key::Kind::{Count, Flag, Number, Numbers, Word};
+use crate::scenario::key::Kind::{Count, Flag, Number, Numbers, Text, Word};
 use crate::scenario::key::Need::{Chain, OneRowAcross};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
 use crate::scenario::keys::List;
@@ -92,9 +94,23 @@ section! {
         /// Of rate-and-state with time.start = "loaded": blocks begin at the velocity V e^x in the state of steady
         /// sliding at V, the velocity of the drive, with springs that balance the friction of this start.
         initial_kick: f64 = 0.01; Number(Included(-MOST_KICK), Included(MOST_KICK)), "x";
+        /// Of rate-and-state with time.start = "loaded": the velocity at which all blocks begin instead; 0 for V e^x.
+        /// With it the drive may begin at rest.
+        initial_velocity_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V(0)";
+        /// Such velocities block by block, instead of the key; empty for none.
+        initial_velocities_m_per_s: List = List::new(); Numbers(Excluded(0.0), Unbounded);
+        /// Of rate-and-state: the state in which all contacts begin; 0 for that of steady sliding at the velocity of the
+        /// drive, or of the block if the drive begins at rest.
+        initial_theta_s: f64 = 0.0; NOT_NEGATIVE, "theta(0)";
+        /// Such states block by block, instead of the key; empty for none.
+        initial_thetas_s: List = List::new(); Numbers(Excluded(0.0), Unbounded);
+        /// A file of columns x_over_l, velocity_m_per_s and theta_s, named from the current folder: both lists,
+        /// interpolated between its rows in their logarithms; of a single block one row. It is read once; the run's log
+        /// holds what it said.
+        initial_csv: String = ""; Text(LONGEST_NAME_BYTES);
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
-        /// where it falls below V_th / 2. Must exceed the speed of the drive at the start; 0 for 10 times the largest
-        /// speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
+        /// where it falls below V_th / 2. Must exceed the speeds of drive and blocks at the start; 0 for 10 times the
+        /// largest speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
         /// run, but onsets and durations of events depend on it.
         event_speed_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V_th";
         /// Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w for which a block

@@ -42,7 +42,7 @@ pub(super) fn courses_ascend_from_the_start(scenario: &Scenario, refusals: &mut 
             refusals.refuse(key, problem(), format!("as many as {times_key}, none or at least 2"));
         }
         let step = |at: usize| TimeGrid::new(scenario.time.step_s).nearest_step(times[at]);
-        let jumps = times_key == "drive.course_s";
+        let jumps = ["drive.course_s", "prestress.course_s"].contains(&times_key);
         // Of three equal times the second would have no effect.
         let descends = |at: &usize| match jumps {
             false => step(*at) <= step(at - 1),

@@ -1,6 +1,9 @@
 //! Rules of rate-and-state friction: what its start and its solver need.
 
+use asperity_record::short;
+
 use crate::plan::derive::evolution_effects;
+use crate::plan::initial::states_at_start;
 use crate::scenario::Scenario;
 use crate::scenario::choices::Start;
 use crate::scenario::source::Refusals;
@@ -21,22 +24,39 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
         let problem = format!("{THE_LAW} is available for chains and single blocks, not for a {what}");
         refusals.refuse(key, problem, "1, or another friction.law");
     }
-    if drive.velocity_m_per_s == 0.0 {
+    let (friction, is_loaded) = (&scenario.friction, scenario.time.start == Start::Loaded);
+    let begins = |n: usize| match is_loaded {
+        true => friction.velocity_at_start_m_per_s(n) > 0.0,
+        false => friction.theta_at_start_s(n) > 0.0,
+    };
+    let is_free = (0..slider.contacts() as usize).all(begins) || scenario.initial.is_given();
+    let slow = scenario.speed_at_start_m_per_s();
+    if drive.velocity_m_per_s == 0.0 && !is_free {
         refusals.refuse(
             "drive.velocity_m_per_s",
             "0: contacts begin in the state of steady sliding at this velocity",
-            "a number above 0; drive.hold_from_s stops the drive",
+            "a number above 0, or friction.initial_velocity_m_per_s; drive.hold_from_s stops the drive",
         );
-    } else if law.event_speed_m_per_s <= drive.velocity_m_per_s {
-        let (event, slow) = (law.event_speed_m_per_s, drive.velocity_m_per_s);
+    } else if law.event_speed_m_per_s <= slow {
+        let (event, given) = (law.event_speed_m_per_s, friction.event_speed_m_per_s != 0.0);
+        let whose =
+            if slow == drive.velocity_m_per_s { "drive.velocity_m_per_s" } else { "the largest V(0)" };
+        let of = if given { event.to_string() } else { format!("0, which stands for {},", short(event)) };
+        let problem = format!("{of} is not above {whose} = {slow}, at which blocks creep without an event");
+        let or = if given { ", or 0 for at least 10 times it" } else { "" };
+        refusals.refuse("friction.event_speed_m_per_s", problem, format!("a number above {slow}{or}"));
+    }
+    let swing = &scenario.prestress;
+    if swing.swing_ratio != 0.0 && swing.swing_period_s < scenario.time.step_s {
+        let problem =
+            format!("{} is shorter than time.step_s, to which records are rounded", swing.swing_period_s);
         refusals.refuse(
-            "friction.event_speed_m_per_s",
-            format!(
-                "{event} is not above drive.velocity_m_per_s = {slow}, at which blocks creep without an event"
-            ),
-            format!("a number above {slow}, or 0 for at least 10 times it"),
+            "prestress.swing_period_s",
+            problem,
+            format!("a number from {:e}", scenario.time.step_s),
         );
     }
+    free_starts_are_of_one_kind(scenario, is_loaded, refusals);
     if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {
         let problem = "0: nothing balances friction in steady sliding";
         let accepted = "a number above 0, or time.start = \"at-rest\"";
@@ -67,7 +87,7 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
             format!("a number from {least_slip_m:.3e}, or a shorter time.duration_s"),
         );
     }
-    let offsets = scenario.friction.evolution_offsets.len();
+    let offsets = friction.evolution_offsets.len();
     // Lists of the wrong length have a rule of their own.
     if offsets != 0 && offsets != slider.contacts() as usize {
         return;
@@ -77,14 +97,69 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
         let problem = format!("block {} gets b = {b}", n + 1);
         refusals.refuse("friction.evolution_offsets", problem, "b > 0 for every block");
     }
-    let states = effects.iter().map(|b| law.steady_state(*b, drive.velocity_m_per_s));
-    let most = states.fold(0.0, f64::max);
-    if most > MOST_STATE * law.direct_effect && drive.velocity_m_per_s > 0.0 {
+    let states = states_at_start(scenario, &law);
+    let most = (0..).zip(states).max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
+    let Some((n, most)): Option<(usize, f64)> = most else { return };
+    let bound = MOST_STATE * law.direct_effect;
+    let theta_s = friction.theta_at_start_s(n);
+    if most.abs() > bound && theta_s > 0.0 {
+        let theta_s_at = |state: f64| law.theta_s(effects[n], state);
+        refusals.refuse(
+            key_of_start(scenario, THETAS, &friction.initial_thetas_s),
+            format!("block {} gets psi = {most:.3} from theta(0) = {theta_s:e} s: e^(-psi / a) has no digits left", n + 1),
+            format!(
+                "|psi| up to {}, with theta from {:.3e} to {:.3e}",
+                short(bound),
+                theta_s_at(-bound),
+                theta_s_at(bound)
+            ),
+        );
+    } else if most.abs() > bound {
         refusals.refuse(
             "friction.direct_effect",
             format!("{:e}: with psi = {most:.3} at the start e^(-psi / a) underflows", law.direct_effect),
-            format!("a number above {:.3e}", 1.0005 * most / MOST_STATE),
+            format!("a number above {:.3e}", 1.0005 * most.abs() / MOST_STATE),
         );
+    }
+}
+
+/// The keys of a free start that are for all blocks alike, and their lists.
+const VELOCITIES: [&str; 2] = ["friction.initial_velocity_m_per_s", "friction.initial_velocities_m_per_s"];
+const THETAS: [&str; 2] = ["friction.initial_theta_s", "friction.initial_thetas_s"];
+
+/// The one of a key and its list by which a free start is given.
+fn key_of_start(scenario: &Scenario, [alike, listed]: [&'static str; 2], list: &[f64]) -> &'static str {
+    match (list.is_empty(), scenario.friction.initial_csv.is_empty()) {
+        (true, _) => alike,
+        (false, true) => listed,
+        (false, false) => "friction.initial_csv",
+    }
+}
+
+fn free_starts_are_of_one_kind(scenario: &Scenario, is_loaded: bool, refusals: &mut Refusals<'_>) {
+    let friction = &scenario.friction;
+    for (keys, alike, listed) in [
+        (VELOCITIES, friction.initial_velocity_m_per_s, &friction.initial_velocities_m_per_s),
+        (THETAS, friction.initial_theta_s, &friction.initial_thetas_s),
+    ] {
+        let key = key_of_start(scenario, keys, listed);
+        if alike == 0.0 && listed.is_empty() {
+            continue;
+        }
+        if scenario.initial.is_given() {
+            let problem = "the state is that of a log already";
+            refusals.refuse(key, problem, "none, or no initial.from and initial.state");
+        } else if keys == VELOCITIES && !is_loaded {
+            let problem = "a velocity beside time.start = \"at-rest\", with which blocks begin at rest";
+            refusals.refuse(key, problem, "none, or time.start = \"loaded\"");
+        }
+        if alike != 0.0 && !listed.is_empty() {
+            refusals.refuse(
+                keys[0],
+                format!("{alike} beside {key}, which has one for each block"),
+                "one of them",
+            );
+        }
     }
 }
 
@@ -112,7 +187,65 @@ mod tests {
             (
                 "drive.velocity_m_per_s = 0",
                 "1:26: drive.velocity_m_per_s: 0: contacts begin in the state of steady sliding at this velocity \
-                 (accepted: a number above 0; drive.hold_from_s stops the drive)",
+                 (accepted: a number above 0, or friction.initial_velocity_m_per_s; drive.hold_from_s stops the drive)",
+            ),
+            (
+                "friction.initial_velocity_m_per_s = 0.001",
+                "friction.event_speed_m_per_s: 0, which stands for 0.001, is not above the largest V(0) = 0.001, at \
+                 which blocks creep without an event (accepted: a number above 0.001)",
+            ),
+            (
+                "friction.initial_velocity_m_per_s = -1",
+                "1:37: friction.initial_velocity_m_per_s: -1 is not accepted (accepted: a number from 0)",
+            ),
+            (
+                "slider.blocks = 2\nfriction.initial_velocities_m_per_s = [1e-4, 0]",
+                "2:39: friction.initial_velocities_m_per_s: [1e-4, 0] is not accepted (accepted: a list, each a number \
+                 above 0)",
+            ),
+            (
+                "friction.initial_thetas_s = [1, 2]",
+                "1:29: friction.initial_thetas_s: 2 numbers for 100 blocks (accepted: 100 numbers, or none)",
+            ),
+            (
+                "slider.blocks = 2\nfriction.initial_theta_s = 1\nfriction.initial_thetas_s = [1, 2]",
+                "2:28: friction.initial_theta_s: 1 beside friction.initial_thetas_s, which has one for each block \
+                 (accepted: one of them)",
+            ),
+            (
+                "friction.initial_velocity_m_per_s = 1e-5\ntime.start = \"at-rest\"",
+                "1:37: friction.initial_velocity_m_per_s: a velocity beside time.start = \"at-rest\", with which blocks \
+                 begin at rest (accepted: none, or time.start = \"loaded\")",
+            ),
+            (
+                "slider.blocks = 2\nfriction.direct_effect = 1e-3\nfriction.initial_thetas_s = [1, 1e10]",
+                "3:29: friction.initial_thetas_s: block 2 gets psi = 0.945 from theta(0) = 1e10 s: e^(-psi / a) has no digits left \
+                 (accepted: |psi| up to 0.7, with theta from 2.297e-38 to 7.858e2)",
+            ),
+            (
+                "slider.blocks = 1\nfriction.direct_effect = 5e-4\nfriction.initial_theta_s = 1e-30",
+                "3:28: friction.initial_theta_s: block 1 gets psi = -0.436 from theta(0) = 1e-30 s: e^(-psi / a) has no digits",
+            ),
+            (
+                "friction.initial_csv = \"no such file\"",
+                "1:24: friction.initial_csv: \"no such file\" is named, and its values are missing",
+            ),
+            (
+                "prestress.swing_ratio = 0.1",
+                "prestress.swing_period_s: 0 is shorter than time.step_s, to which records are rounded (accepted: a \
+                 number from 1e-8)",
+            ),
+            (
+                "prestress.swing_ratio = 0.1\nprestress.swing_period_s = 1\nprestress.swing_from_s = 1e-9",
+                "3:26: prestress.swing_from_s: 0.000000001 is not a whole number of steps of 1e-8 s",
+            ),
+            (
+                "prestress.swing_ratio = 1e7\nprestress.swing_period_s = 1",
+                "1:25: prestress.swing_ratio: 1e7 is not accepted (accepted: a number from -1000000 to 1000000)",
+            ),
+            (
+                "prestress.course_s = [1, 1, 1]\nprestress.course_ratio = [0, 0.1, 0]",
+                "1:22: prestress.course_s: goes from 1 to 1 (accepted: times that ascend; two may be equal, for a jump)",
             ),
             (
                 "friction.event_speed_m_per_s = 0.00005",

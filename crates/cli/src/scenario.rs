@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
 use asperity_model::scenario::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_run::{Opened, check};
+use asperity_run::{Opened, begins_at_end, check};
 use asperity_runlog::RunReader;
 use asperity_study::given::Given;
 use clap::{Args, Subcommand};
@@ -134,6 +134,9 @@ impl ScenarioChoice {
                 path.display(),
                 scenario.mass_and_wave_speed()
             ));
+        }
+        if let Some(begins) = begins_at_end(&scenario) {
+            board.line(&format!("{}: {begins}", scenario.name));
         }
         Ok(scenario)
     }

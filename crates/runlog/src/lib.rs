@@ -152,7 +152,7 @@ mod salvage;
 mod unfinished;
 mod write;
 
-pub use asperity_files::{Existing, partial_path};
+pub use asperity_files::{Existing, is_being_written, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
 pub use note::{annotate, note};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};

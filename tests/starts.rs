@@ -103,7 +103,7 @@ fn a_study_branches_all_of_its_runs_from_one_log() {
     ends(
         2,
         &end.each_ref().map(String::as_str),
-        &["initial.at_s: a run of a study begins at ", "incomplete, ends; "],
+        &[": a study begins at ", "incomplete, ends (accepted: beside it initial.at_s)"],
     );
     let at = of("', 'initial.at_s=0.001");
     succeed(&at.each_ref().map(String::as_str));

@@ -43,6 +43,9 @@ pub struct RunHeader {
     /// Whether contacts have a state, by rate-and-state friction.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_state: bool,
+    /// Whether there are series at the steps of the solver.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_series: bool,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
@@ -87,6 +90,7 @@ impl RunHeader {
             radiation: self.radiates,
             state: self.has_state,
             recording: self.sensors.is_some(),
+            series: self.has_series,
         }
     }
 

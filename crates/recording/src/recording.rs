@@ -220,6 +220,7 @@ impl Recording {
             junction_count: 0,
             radiates: false,
             has_state: false,
+            has_series: false,
             time_step_s: time_grid.step_s(),
             longest_stable_step_s: None,
             steps: self.last_step(),

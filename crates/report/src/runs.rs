@@ -430,6 +430,7 @@ mod tests {
             junction_count: 0,
             radiates: false,
             has_state: false,
+            has_series: false,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

@@ -50,10 +50,8 @@ impl Files for OpenedForStudy {
 pub fn begins_at_end(scenario: &Scenario) -> Option<String> {
     let parents = PARENTS.lock().unwrap_or_else(PoisonError::into_inner);
     let parent = parents.iter().find(|parent| parent.log == Path::new(&scenario.initial.from))?;
-    let is_read =
-        |(step, state): &(u64, String)| (*step, state) == (parent.last_step, &scenario.initial.state);
-    let is_end = scenario.initial.at_s == 0.0 && parent.states.iter().any(is_read);
-    parent.unfinished.clone().filter(|_| is_end)
+    let end = (parent.last_step, scenario.initial.state.clone());
+    parent.unfinished.clone().filter(|_| scenario.initial.at_s == 0.0 && parent.states.contains(&end))
 }
 
 /// A logged run, and the states that have been asked for.
@@ -95,11 +93,7 @@ fn state_of_log(scenario: &Scenario, is_of_study: bool) -> Result<String, UnfitS
         }
     };
     let outcome = match (&parent.unfinished, scenario.initial.at_s) {
-        (Some(end), 0.0) if is_of_study => Err(UnfitState {
-            key: "initial.at_s",
-            problem: format!("a run of a study {end}; that end may move"),
-            accepted: format!("a time up to {} s", parent.plan.grid.time_s(parent.last_step)),
-        }),
+        (Some(end), 0.0) if is_of_study => Err(refuse(format!("a study {end}"), "beside it initial.at_s")),
         _ => parent.state(scenario, &refuse),
     };
     parents.truncate(LOGS_KEPT - 1);
@@ -109,34 +103,27 @@ fn state_of_log(scenario: &Scenario, is_of_study: bool) -> Result<String, UnfitS
 
 impl Parent {
     fn open(log: &Path, stamp: (u64, Option<SystemTime>)) -> Result<Parent, String> {
-        if is_being_written(log) {
-            return Err("another process is writing it".to_owned());
-        }
         let checked = check(log);
-        let verdict = checked.verdict;
-        let is_sound = verdict.holds_all() || matches!(verdict, Verdict::Incomplete | Verdict::Salvaged);
-        if !is_sound {
-            return Err(match verdict {
-                Verdict::NoRunLog => checked.to_string(),
-                Verdict::Damaged => format!("the log is {checked}; salvage it first"),
-                _ => format!("the log is {checked}"),
-            });
+        match checked.verdict {
+            _ if is_being_written(log) => return Err("another process is writing it".to_owned()),
+            Verdict::Whole | Verdict::OtherCode | Verdict::Incomplete | Verdict::Salvaged => {}
+            Verdict::NoRunLog => return Err(checked.to_string()),
+            Verdict::Damaged => return Err(format!("the log is {checked}; salvage it first")),
+            _ => return Err(format!("the log is {checked}")),
         }
         let mut reader =
             RunReader::open(log, Topics::RECORDS).map_err(|_| format!("the log is {checked}"))?;
         let header = reader.header().clone();
         let (scenario, plan) = states::resolve(&header, &reader).map_err(|error| error.to_string())?;
-        let (grid, seen_step) = (plan.grid, checked.seen.last_step);
+        let (grid, verdict, seen_step) = (plan.grid, checked.verdict, checked.seen.last_step);
         let last_step = match verdict {
-            Verdict::Incomplete => seen_step,
             Verdict::Salvaged => states::saved(&mut reader, seen_step, &[], &|| false, &mut |_| ()).0,
-            _ => checked.seen.end.map_or(plan.steps, |end| end.last_step),
+            _ => seen_step,
         };
         let last_step = last_step.max(plan.initial.step);
         let ends = if last_step < seen_step { "has its first gap" } else { "ends" };
-        let (time_s, name) = (short_time(grid.time_s(last_step)), log.display());
-        let unfinished =
-            (!verdict.holds_all()).then(|| format!("begins at {time_s} s, where {name}, {verdict}, {ends}"));
+        let begins = format!("begins at {} s, where {}", short_time(grid.time_s(last_step)), log.display());
+        let unfinished = (!verdict.holds_all()).then(|| format!("{begins}, {verdict}, {ends}"));
         Ok(Parent {
             log: log.to_owned(),
             stamp,

@@ -71,6 +71,7 @@
 //!     junction_count: 0,
 //!     radiates: false,
 //!     has_state: false,
+//!     has_series: false,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,

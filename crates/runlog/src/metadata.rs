@@ -115,6 +115,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         junction_count: map.parse_or(JUNCTION_COUNT, "a whole number", 0)?,
         radiates: map.parse_or(RADIATES, "true or false", false)?,
         has_state: map.parse_or(HAS_STATE, "true or false", false)?,
+        has_series: map.parse_or("has_series", "true or false", false)?,
         time_step_s: map.positive("time_step_s")?,
         longest_stable_step_s: map
             .map
@@ -370,6 +371,7 @@ mod tests {
             (JUNCTION_COUNT, "-1"),
             (RADIATES, "yes"),
             (HAS_STATE, "1"),
+            ("has_series", "2"),
             (LONGEST_STABLE_STEP, "0"),
         ];
         for (key, value) in wrong {

@@ -321,7 +321,7 @@ impl Plan {
             area: parts.area || run.elastic().layout().is_area(),
             radiation: parts.radiation || run.radiates(),
             state: parts.state || run.has_state(),
-            recording: false,
+            ..Parts::default()
         })
     }
 

@@ -348,10 +348,8 @@ fn read<O: Observer>(log: OpenLog, run: &Path, of: O, board: &Board) -> Result<(
     let (steps, grid) = (log.header().steps, log.header().time_grid());
     let mut both = (of, board.steps(&name_of(run), steps, grid.time_s(steps)));
     let checked = log.check(&mut both);
-    match checked.verdict.tells_nothing() {
-        true => Err(verdict_exit::failure(run, &checked)),
-        false => Ok((checked, both.0)),
-    }
+    let failure = checked.verdict.tells_nothing().then(|| verdict_exit::failure(run, &checked));
+    failure.map_or(Ok((checked, both.0)), Err)
 }
 
 /// The images of all nodes, and of all contacts.

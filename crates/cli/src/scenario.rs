@@ -135,9 +135,8 @@ impl ScenarioChoice {
                 scenario.mass_and_wave_speed()
             ));
         }
-        if let Some(begins) = begins_at_end(&scenario) {
-            board.line(&format!("{}: {begins}", scenario.name));
-        }
+        let begins = begins_at_end(&scenario);
+        begins.iter().for_each(|begins| board.line(&format!("{}: {begins}", scenario.name)));
         Ok(scenario)
     }
 }

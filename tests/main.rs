@@ -61,6 +61,7 @@ mod rupture_fields;
 mod ruptures;
 mod salvage;
 mod scaling;
+mod series;
 mod slab;
 mod slab_nodes;
 mod slab_study;

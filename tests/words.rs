@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
+use asperity_record::{EventKind, Series, SeriesBlock};
 
 use crate::support::binary::succeed;
 use crate::support::clients::{file, said};
@@ -192,7 +193,8 @@ fn the_columns_of_every_table_are_those_of_the_code() {
     let of_records = asperity_tables::layout::record_tables(all);
     let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
     let records = of_records.iter().map(|table| (table.name.as_ref(), table.columns.clone()));
-    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns())));
+    let series = [EventKind::of::<Series>(), EventKind::of::<SeriesBlock>()];
+    let tables = records.chain(kinds.iter().chain(&series).map(|kind| (kind.topic, kind.columns())));
     for (topic, columns) in tables {
         assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
         let table = asperity_record::markdown(&columns);

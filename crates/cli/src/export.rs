@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::run_data::Collector;
-use asperity_record::{counted, short_time};
+use asperity_record::{Observer, counted, short_time};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, OpenLog, StatesError, Verdict};
 use asperity_tables::format::DAMAGED;
 use asperity_tables::run_tables::{Chosen, MOST_FOREIGN};
+use asperity_tables::seas::Seas;
 use asperity_tables::table_files::TableFiles;
 use asperity_tables::vtk::{Array, Image, pvd};
 use asperity_tables::{Export, ExportError, Format, Ran, Report, Request, name_of};
@@ -33,6 +34,8 @@ pub(crate) enum ExportFormat {
     Ndjson,
     /// All nodes and all contacts at the times of --nodes-at-s, for ParaView and VTK.
     Vtk,
+    /// The series of a run as solved (recording.series_every), as text of the SEAS benchmarks.
+    Seas,
 }
 
 #[derive(Debug, Args)]
@@ -45,6 +48,7 @@ Examples:
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
   asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
   asperity export out/body.mcap --to vtk --nodes-at-s 0.2 -o out/images
+  asperity export out/spring.mcap --to seas -o out/seas
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
 NAME.FORMAT.export.json with the header and scenario of the run, the columns
@@ -57,7 +61,10 @@ takes the version of the program that made the log.
 --to vtk writes images instead of tables: for each time of --nodes-at-s,
 NAME.nodes.STEP.vti of all nodes and NAME.contacts.STEP.vti of the contacts.
 NAME.nodes.pvd and NAME.contacts.pvd list them with their times; ParaView opens
-these.")]
+these.
+
+--to seas writes global.txt, and fltst_bNNN.txt of each block of
+recording.series_blocks.")]
 pub(crate) struct ExportArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -110,9 +117,10 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
     let inputs = Inputs::of(&arguments.runs);
     for run in &arguments.runs {
         let name = name_of(run);
-        if let Some(other) = names.insert(name.clone(), run) {
+        let files = if arguments.to == ExportFormat::Seas { "global.txt" } else { &name };
+        if let Some(other) = names.insert(files.to_owned(), run) {
             return Err(Failure::BadInput(format!(
-                "{} and {} would both be exported as {name} (accepted: runs of different names)",
+                "{} and {} would both be exported as {files} (accepted: runs of different names, or one)",
                 other.display(),
                 run.display()
             )));
@@ -124,9 +132,7 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
                     .to_owned(),
             ));
         }
-        if arguments.to == ExportFormat::Vtk {
-            whole_states(arguments)?;
-        }
+        of_whole_run(arguments)?;
         let request = Request {
             chosen: Chosen {
                 topics: arguments.topic.clone(),
@@ -144,18 +150,22 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
     Ok(requests)
 }
 
-/// Refuses what has no meaning for states of all nodes.
-fn whole_states(arguments: &ExportArguments) -> Result<(), Failure> {
-    let ExportArguments { topic, from_s, to_s, nodes_at_s, .. } = arguments;
-    let refuse = |problem: &str| {
-        let accepted = "accepted: --nodes-at-s SECONDS, once or more";
-        Err(Failure::BadInput(format!("--to vtk: {problem} ({accepted})")))
+/// Refuses what has no meaning for states of all nodes, or for series.
+fn of_whole_run(arguments: &ExportArguments) -> Result<(), Failure> {
+    let ExportArguments { to, topic, from_s, to_s, nodes_at_s, .. } = arguments;
+    let (to, accepted) = match to {
+        ExportFormat::Vtk => ("vtk", "--nodes-at-s SECONDS, once or more"),
+        ExportFormat::Seas => ("seas", "all series of a run"),
+        _ => return Ok(()),
     };
-    if nodes_at_s.is_empty() {
+    let refuse =
+        |problem: &str| Err(Failure::BadInput(format!("--to {to}: {problem} (accepted: {accepted})")));
+    if to == "vtk" && nodes_at_s.is_empty() {
         return refuse("no time is given");
     }
     let rows = [("--topic", !topic.is_empty()), ("--from-s", from_s.is_some()), ("--to-s", to_s.is_some())];
-    match rows.into_iter().find(|(_, is_given)| *is_given) {
+    let of_nodes = ("--nodes-at-s", to == "seas" && !nodes_at_s.is_empty());
+    match rows.into_iter().chain([of_nodes]).find(|(_, is_given)| *is_given) {
         Some((option, _)) => refuse(&format!("{option} chooses rows of tables, and it writes none")),
         None => Ok(()),
     }
@@ -171,7 +181,7 @@ fn export_one(
         ExportFormat::Parquet => Some(Format::Parquet),
         ExportFormat::Csv => Some(Format::Csv),
         ExportFormat::Ndjson => Some(Format::Ndjson),
-        ExportFormat::Vtk => None,
+        ExportFormat::Vtk | ExportFormat::Seas => None,
     };
     if let Some(curve) = &arguments.curve {
         return curves(run, request, (curve, &arguments.set), format, board);
@@ -185,19 +195,15 @@ fn export_one(
             format!("--nodes-at-s: {}: no state can be read; the log is {checked}", run.display()),
         ),
     })?;
+    if arguments.to == ExportFormat::Seas {
+        return seas(log, run, request, board);
+    }
     let Some(format) = format else { return vtk(log, run, request, arguments, board) };
     let (header, scenario_toml, schemas) = (log.header(), log.scenario_toml(), log.event_schemas());
     let export =
         Export::begin(header, scenario_toml, &schemas, request.clone(), &event_kinds(header.parts()), format)
             .map_err(failure)?;
-    let duration_s = header.time_grid().time_s(header.steps);
-    let mut exporting = (export, board.steps(&request.name, header.steps, duration_s));
-    let checked = log.check(&mut exporting);
-    let (mut export, progress) = exporting;
-    drop(progress);
-    if checked.verdict.tells_nothing() {
-        return Err(verdict_exit::failure(run, &checked));
-    }
+    let (checked, mut export) = read(log, run, export, board)?;
     if !arguments.nodes_at_s.is_empty() {
         for state in nodes(run, &checked, arguments)? {
             export.nodes(&state.map_err(without_nodes(run, &checked))?).map_err(failure)?;
@@ -254,7 +260,7 @@ fn curves(
     let named = NamedCurves::find(name).map_err(bad)?;
     let keys = named.keys_of(set).map_err(|problem| Failure::BadInput(format!("--set {problem}")))?;
     let format = format
-        .ok_or_else(|| bad(format!("{name}: vtk is of nodes (accepted: --to csv, ndjson or parquet)")))?;
+        .ok_or_else(|| bad(format!("{name}: it is a table (accepted: --to csv, ndjson or parquet)")))?;
     let begin = |log: &OpenLog| {
         Collector::of_log(&request.name, log.header(), log.needed_scenario()?, named.required_data(&keys))
     };
@@ -290,13 +296,7 @@ fn vtk(
             run.file_name().unwrap_or_default()
         )));
     }
-    let header = log.header();
-    let mut progress = board.steps(&request.name, header.steps, header.time_grid().time_s(header.steps));
-    let checked = log.check(&mut progress);
-    drop(progress);
-    if checked.verdict.tells_nothing() {
-        return Err(verdict_exit::failure(run, &checked));
-    }
+    let (checked, ()) = read(log, run, (), board)?;
     let nodes = nodes(run, &checked, arguments)?;
     let parts = ["nodes", "contacts"];
     let name = |part: &str, rest: &str| format!("{}.{part}.{rest}", request.name);
@@ -325,6 +325,31 @@ fn vtk(
         terminal::say(file.display())?;
     }
     verdict_exit::finish(run, &checked, board)
+}
+
+/// Writes the series of the slider and of its chosen blocks.
+fn seas(log: OpenLog, run: &Path, request: &Request, board: &Board) -> Result<(), Failure> {
+    let scenario = log.scenario().ok().flatten().filter(|_| log.header().has_series).ok_or_else(|| {
+        let accepted = "a run with recording.series_every above 0";
+        Failure::BadInput(format!("--to seas: {} has no series (accepted: {accepted})", run.display()))
+    })?;
+    let files = FileSet::new(request.existing, request.inputs.clone());
+    let refuse = |error| refused("--out", &error, true);
+    let seas = Seas::begin(log.header(), scenario, &files, &request.out).map_err(refuse)?;
+    let (checked, seas) = read(log, run, seas, board)?;
+    let paths = seas.finish().map_err(refuse)?;
+    files.publish().map_err(refuse)?;
+    paths.iter().try_for_each(|path| terminal::say(path.display()))?;
+    verdict_exit::finish(run, &checked, board)
+}
+
+/// Reads a log with an observer, and shows the progress.
+fn read<O: Observer>(log: OpenLog, run: &Path, of: O, board: &Board) -> Result<(Checked, O), Failure> {
+    let (steps, grid) = (log.header().steps, log.header().time_grid());
+    let mut both = (of, board.steps(&name_of(run), steps, grid.time_s(steps)));
+    let checked = log.check(&mut both);
+    let failure = checked.verdict.tells_nothing().then(|| verdict_exit::failure(run, &checked));
+    failure.map_or(Ok((checked, both.0)), Err)
 }
 
 /// The images of all nodes, and of all contacts.

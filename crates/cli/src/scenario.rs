@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
 use asperity_model::scenario::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_run::{Opened, check};
+use asperity_run::{Opened, begins_at_end, check};
 use asperity_runlog::RunReader;
 use asperity_study::given::Given;
 use clap::{Args, Subcommand};
@@ -135,6 +135,8 @@ impl ScenarioChoice {
                 scenario.mass_and_wave_speed()
             ));
         }
+        let begins = begins_at_end(&scenario);
+        begins.iter().for_each(|begins| board.line(&format!("{}: {begins}", scenario.name)));
         Ok(scenario)
     }
 }

@@ -58,6 +58,7 @@ mod until_refused;
 pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
 pub use lines::{ShortLines, fill};
+pub use lock::is_being_written;
 pub use locked_file::{FolderLock, LockedFile};
 pub use names::{better_name, format_of};
 pub use open::{NoFile, entries, open, open_text, read, read_if_there};

@@ -4,6 +4,8 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 
+use crate::open::open;
+
 /// An open file or folder that is unlocked when it is dropped. Closing it would not do: a process that was
 /// forked meanwhile has it open as well, and with it the lock.
 #[derive(Debug)]
@@ -20,6 +22,13 @@ impl Drop for Held {
 /// without locks, as some of networks are, excludes nobody.
 pub(crate) fn is_locked(asked: Result<(), TryLockError>) -> bool {
     matches!(asked, Err(TryLockError::WouldBlock))
+}
+
+/// Whether another process, or another part of this one, has a file locked, as one who writes a [`LockedFile`] does.
+///
+/// [`LockedFile`]: crate::LockedFile
+pub fn is_being_written(path: &Path) -> bool {
+    open(path).is_ok_and(|file| is_locked(Held(file).0.try_lock_shared()))
 }
 
 /// Opens a folder to lock it. None where folders cannot be opened, or not by this user.

@@ -170,7 +170,7 @@ mod tests {
     use std::fs;
 
     use super::{FolderLock, LockedFile};
-    use crate::{Existing, FileError};
+    use crate::{Existing, FileError, is_being_written};
 
     #[test]
     fn one_at_a_time_holds_a_file() {
@@ -179,12 +179,13 @@ mod tests {
         assert!(LockedFile::open(&path).unwrap().is_none());
         let mut locked = LockedFile::create(&path).unwrap();
         assert!(matches!(LockedFile::create(&path), Err(FileError::Busy(busy)) if busy == path));
+        assert!(is_being_written(&path) && !is_being_written(&name));
         locked.rename(&name, Existing::Refuse).unwrap();
         assert!(matches!(LockedFile::open(&name), Err(FileError::Busy(_))));
         // As a forked process has it.
         let _open_still = locked.file().try_clone().unwrap();
         drop(locked);
-        assert!(LockedFile::open(&name).unwrap().is_some());
+        assert!(!is_being_written(&name) && LockedFile::open(&name).unwrap().is_some());
     }
 
     #[test]

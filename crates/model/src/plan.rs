@@ -236,6 +236,10 @@ pub struct RecordingPlan {
     pub windows: Vec<WindowPlan>,
     /// Whether to record all blocks while many slide.
     pub rupture_fields: Option<RuptureFields>,
+    /// Cadence of series, in accepted steps of the adaptive solver.
+    pub series_every: u64,
+    /// The blocks that they have, counted from 0.
+    pub series_blocks: Vec<usize>,
 }
 
 /// When to record all blocks because many slide at once. Such records form a window whose index follows

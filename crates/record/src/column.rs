@@ -171,7 +171,7 @@ impl Column {
 }
 
 /// Suffixes of names and their units. A suffix that ends in another one comes before that.
-const UNITS: [(&str, &str); 26] = [
+const UNITS: [(&str, &str); 27] = [
     ("_m_per_s2", "m/s2"),
     ("_n_per_m2", "N/m2"),
     ("_kg_per_s", "kg/s"),
@@ -182,6 +182,7 @@ const UNITS: [(&str, &str); 26] = [
     ("_pa_per_s", "Pa/s"),
     ("_n_s_per_m", "N s/m"),
     ("_rad_per_s", "rad/s"),
+    ("_n_m_per_s", "N m/s"),
     ("_m_per_s", "m/s"),
     ("_per_m", "1/m"),
     ("_per_s", "1/s"),

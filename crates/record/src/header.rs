@@ -46,6 +46,9 @@ pub struct RunHeader {
     /// Whether contacts have a state, by rate-and-state friction.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_state: bool,
+    /// Whether there are series at the steps of the solver.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_series: bool,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
@@ -91,6 +94,7 @@ impl RunHeader {
             weakening: self.weakens,
             state: self.has_state,
             recording: self.sensors.is_some(),
+            series: self.has_series,
         }
     }
 

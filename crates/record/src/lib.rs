@@ -55,6 +55,7 @@ mod printable;
 mod row;
 mod rupture;
 mod scales;
+mod series;
 mod slip;
 mod step;
 mod time;
@@ -78,6 +79,7 @@ pub use printable::printable;
 pub use row::{ROWS, Row, RowKind};
 pub use rupture::{Arrival, Rupture, drop_n};
 pub use scales::Scales;
+pub use series::{Series, SeriesBlock};
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
 pub use time::{MOST_STEPS, TimeGrid};
@@ -109,25 +111,22 @@ pub enum Record {
 impl Record {
     /// The step whose end this record describes.
     pub fn step(&self) -> u64 {
-        match self {
-            Record::Step(record) => record.step,
-            Record::Fields(record) => record.step,
-            Record::Window(record) => record.step,
-            Record::Row(record) => record.step,
-            Record::Signal(record) => record.step,
-            Record::Traces(record) => record.step,
-        }
+        self.at().0
     }
 
-    /// The simulated time at the end of that step, s.
+    /// The simulated time at the end of that step, of a row its own time, s.
     pub fn time_s(&self) -> f64 {
+        self.at().1
+    }
+
+    fn at(&self) -> (u64, f64) {
         match self {
-            Record::Step(record) => record.time_s,
-            Record::Fields(record) => record.time_s,
-            Record::Window(record) => record.time_s,
-            Record::Row(record) => record.time_s,
-            Record::Signal(record) => record.time_s,
-            Record::Traces(record) => record.time_s,
+            Record::Step(record) => (record.step, record.time_s),
+            Record::Fields(record) => (record.step, record.time_s),
+            Record::Window(record) => (record.step, record.time_s),
+            Record::Row(record) => (record.step, record.time_s),
+            Record::Signal(record) => (record.step, record.time_s),
+            Record::Traces(record) => (record.step, record.time_s),
         }
     }
 

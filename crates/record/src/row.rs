@@ -1,6 +1,7 @@
 //! Records of a topic of their own that are flat rows.
 
 use crate::{Cell, Estimate, Event, EventKind, EventPayload, FirstReach, LoadNoise, Noise, Part, Parts};
+use crate::{Series, SeriesBlock};
 
 /// All kinds of such records. [`payload!`](crate::payload) declares one as it does events, with `step` and `time_s` as
 /// its first columns; it stands behind the states of its step. Logs, checks and tables follow from this list.
@@ -9,6 +10,8 @@ pub const ROWS: &[RowKind] = &[
     RowKind::of::<LoadNoise>(Part::Recording),
     RowKind::of::<Estimate>(Part::Recording),
     RowKind::of::<FirstReach>(Part::Recording),
+    RowKind::of::<Series>(Part::Series),
+    RowKind::of::<SeriesBlock>(Part::Series),
 ];
 
 /// A kind of such records.
@@ -50,7 +53,7 @@ impl RowKind {
 pub struct Row {
     /// The step.
     pub step: u64,
-    /// Simulated time at the end of the step, s.
+    /// Simulated time at the end of the step, s; of series, when the solver's step ended, less than a step later.
     pub time_s: f64,
     /// All columns.
     pub values: Event,

@@ -221,6 +221,7 @@ impl Recording {
             radiates: false,
             weakens: false,
             has_state: false,
+            has_series: false,
             time_step_s: time_grid.step_s(),
             longest_stable_step_s: None,
             steps: self.last_step(),

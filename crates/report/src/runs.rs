@@ -431,6 +431,7 @@ mod tests {
             radiates: false,
             weakens: false,
             has_state: false,
+            has_series: false,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

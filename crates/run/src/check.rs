@@ -4,7 +4,8 @@ use std::fmt;
 use std::path::Path;
 
 use asperity_record::{
-    Event, EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, SlipEvent, counted, short_time,
+    Event, EventPayload, Observer, Record, RunEnd, RunHeader, RunStatus, Series, SlipEvent, counted,
+    short_time,
 };
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader};
 
@@ -383,10 +384,14 @@ impl Seen {
             return Err(CheckProblem::Order { step, before: self.last_step });
         }
         let expected_s = header.time_grid().time_s(step);
-        if time_s != expected_s {
+        // The step of the grid before it, and rounding.
+        let is_of_series =
+            matches!(record, Record::Row(row) if row.values.topic().starts_with(Series::TOPIC));
+        let off_s = if is_of_series { 2.0 * header.time_step_s } else { 0.0 };
+        if (time_s - expected_s).abs() > off_s {
             return Err(CheckProblem::Time { step, found_s: time_s, expected_s });
         }
-        (self.last_step, self.last_s) = (step, time_s);
+        (self.last_step, self.last_s) = (step, expected_s);
         Ok(())
     }
 }

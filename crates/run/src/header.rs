@@ -32,6 +32,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         radiates: scenario.radiates(),
         weakens: scenario.weakens_by_slip(),
         has_state: scenario.has_state(),
+        has_series: plan.recording.series_every > 0,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,

@@ -82,7 +82,7 @@ pub use resume::LeftError;
 pub use run::{Begin, Derived, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use self_check::SelfCheckProblem;
-pub use start::Opened;
+pub use start::{Opened, OpenedForStudy, begins_at_end};
 pub use states::StatesError;
 pub use verdict::Verdict;
 

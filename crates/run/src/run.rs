@@ -24,6 +24,9 @@ pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
 /// Further bytes of checkpoints in a whole run, for shorter intervals between them.
 const CHECKPOINT_BYTES: f64 = 16e6;
 
+/// Most rows of series of which a run says nothing: of 200 bytes each, some 2 GB before compression.
+const MANY_ROWS: u64 = 10_000_000;
+
 /// A run to be made.
 pub struct Task<'a> {
     /// The scenario.
@@ -301,7 +304,7 @@ pub fn run(
         });
     }
 
-    let (mut events, mut peak_m_per_s) = (0_u64, 0.0_f64);
+    let (mut events, mut rows, mut peak_m_per_s) = (0_u64, 0_u64, 0.0_f64);
     let sink = |item| {
         match &item {
             Item::Record(record) => {
@@ -309,6 +312,12 @@ pub fn run(
                 observer.reached(record.step());
                 if let Record::Step(StepRecord { peak_velocity_m_per_s: Some(speed_m_per_s), .. }) = record {
                     peak_m_per_s = peak_m_per_s.max(*speed_m_per_s);
+                }
+                let is_row = matches!(record, Record::Row(_));
+                rows += u64::from(is_row);
+                if is_row && rows == MANY_ROWS {
+                    observer
+                        .notice(Notice::Warning("recording.series_every: ten million rows of series so far"));
                 }
             }
             Item::Event(event) => {

@@ -1,5 +1,8 @@
 //! Runs that begin in the state of another one: reads the log that `initial.from` names.
 //!
+//! A log that was not finished has states up to the last step that its check finds sound; a salvaged one, up to its
+//! first gap.
+//!
 //! The state is that of the run to the bit: the solver that made it restores the last checkpoint before the step and
 //! takes the steps up to it again. It does not depend on where the checkpoints are, which is a matter of computing
 //! time, so a log that is made again gives the same state.
@@ -15,9 +18,9 @@ use crate::states::{self, StatesError};
 use crate::verdict::Verdict;
 use asperity_model::scenario::files::UnfitState;
 use asperity_model::{Files, Plan, RecordingPlan, Scenario};
-use asperity_record::RunHeader;
 use asperity_record::bounds::LONGEST_STATE_BYTES;
-use asperity_runlog::{RunReader, Topics};
+use asperity_record::{RunHeader, short_time};
+use asperity_runlog::{RunReader, Topics, is_being_written};
 
 /// Logs that are kept: a study plans its runs, and makes them, from one or a few.
 const LOGS_KEPT: usize = 8;
@@ -30,8 +33,25 @@ pub struct Opened;
 
 impl Files for Opened {
     fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
-        state_of_log(scenario)
+        state_of_log(scenario, false)
     }
+}
+
+/// As [`Opened`], for the runs of a study, which begin at a stated time of a log that was not finished: it may go on.
+pub struct OpenedForStudy;
+
+impl Files for OpenedForStudy {
+    fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
+        state_of_log(scenario, true)
+    }
+}
+
+/// Where a scenario that was resolved just now begins, in words, if that is the end of a log that was not finished.
+pub fn begins_at_end(scenario: &Scenario) -> Option<String> {
+    let parents = PARENTS.lock().unwrap_or_else(PoisonError::into_inner);
+    let parent = parents.iter().find(|parent| parent.log == Path::new(&scenario.initial.from))?;
+    let end = (parent.last_step, scenario.initial.state.clone());
+    parent.unfinished.clone().filter(|_| scenario.initial.at_s == 0.0 && parent.states.contains(&end))
 }
 
 /// A logged run, and the states that have been asked for.
@@ -42,7 +62,10 @@ struct Parent {
     header: RunHeader,
     scenario: Scenario,
     plan: Arc<Plan>,
+    /// The last step of which the log is sound, and all before it.
     last_step: u64,
+    /// Where that is, in words, unless it is the end of the run.
+    unfinished: Option<String>,
     /// Their texts by step, the one that was asked for last at the front.
     states: VecDeque<(u64, String)>,
 }
@@ -50,7 +73,7 @@ struct Parent {
 static PARENTS: Mutex<VecDeque<Parent>> = Mutex::new(VecDeque::new());
 
 /// The state of a logged run as the text of `initial.state`.
-fn state_of_log(scenario: &Scenario) -> Result<String, UnfitState> {
+fn state_of_log(scenario: &Scenario, is_of_study: bool) -> Result<String, UnfitState> {
     let log = Path::new(&scenario.initial.from);
     let refuse = |problem: String, accepted: &str| UnfitState {
         key: "initial.from",
@@ -65,11 +88,14 @@ fn state_of_log(scenario: &Scenario) -> Result<String, UnfitState> {
     let mut parent = match kept.and_then(|index| parents.remove(index)) {
         Some(parent) => parent,
         None => {
-            let complete = "the complete log of a run by this program";
-            Parent::open(log, now.unwrap_or_default()).map_err(|problem| refuse(problem, complete))?
+            let accepted = "the log of a run by this program: complete, incomplete or salvaged";
+            Parent::open(log, now.unwrap_or_default()).map_err(|problem| refuse(problem, accepted))?
         }
     };
-    let outcome = parent.state(scenario, &refuse);
+    let outcome = match (&parent.unfinished, scenario.initial.at_s) {
+        (Some(end), 0.0) if is_of_study => Err(refuse(format!("a study {end}"), "beside it initial.at_s")),
+        _ => parent.state(scenario, &refuse),
+    };
     parents.truncate(LOGS_KEPT - 1);
     parents.push_front(parent);
     outcome
@@ -78,16 +104,26 @@ fn state_of_log(scenario: &Scenario) -> Result<String, UnfitState> {
 impl Parent {
     fn open(log: &Path, stamp: (u64, Option<SystemTime>)) -> Result<Parent, String> {
         let checked = check(log);
-        if !checked.verdict.holds_all() {
-            return Err(match checked.verdict {
-                Verdict::NoRunLog => checked.to_string(),
-                _ => format!("the log is {checked}"),
-            });
+        match checked.verdict {
+            _ if is_being_written(log) => return Err("another process is writing it".to_owned()),
+            Verdict::Whole | Verdict::OtherCode | Verdict::Incomplete | Verdict::Salvaged => {}
+            Verdict::NoRunLog => return Err(checked.to_string()),
+            Verdict::Damaged => return Err(format!("the log is {checked}; salvage it first")),
+            _ => return Err(format!("the log is {checked}")),
         }
-        let reader = RunReader::open(log, Topics::NONE).map_err(|error| error.to_string())?;
+        let mut reader =
+            RunReader::open(log, Topics::RECORDS).map_err(|_| format!("the log is {checked}"))?;
         let header = reader.header().clone();
         let (scenario, plan) = states::resolve(&header, &reader).map_err(|error| error.to_string())?;
-        let last_step = checked.seen.end.map_or(plan.steps, |end| end.last_step);
+        let (grid, verdict, seen_step) = (plan.grid, checked.verdict, checked.seen.last_step);
+        let last_step = match verdict {
+            Verdict::Salvaged => states::saved(&mut reader, seen_step, &[], &|| false, &mut |_| ()).0,
+            _ => seen_step,
+        };
+        let last_step = last_step.max(plan.initial.step);
+        let ends = if last_step < seen_step { "has its first gap" } else { "ends" };
+        let begins = format!("begins at {} s, where {}", short_time(grid.time_s(last_step)), log.display());
+        let unfinished = (!verdict.holds_all()).then(|| format!("{begins}, {verdict}, {ends}"));
         Ok(Parent {
             log: log.to_owned(),
             stamp,
@@ -95,6 +131,7 @@ impl Parent {
             scenario,
             plan: Arc::new(plan),
             last_step,
+            unfinished,
             states: VecDeque::new(),
         })
     }

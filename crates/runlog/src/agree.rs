@@ -5,8 +5,8 @@ use mcap::records::MessageHeader;
 
 use asperity_record::{
     Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
-    Onset, Record, Role, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord, WindowRecord,
-    magnitude,
+    Onset, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord,
+    WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -304,7 +304,13 @@ pub(crate) fn record(header: &RunHeader, record: &Record) -> Result<(), LogProbl
             let lengths = [("sensors", sensors, blocks), ("values", values.len(), expected)];
             self::samples(header, *step, *samples, lengths)
         }
-        Record::Step(_) | Record::Row(_) => Ok(()),
+        Record::Row(row) => {
+            let kind = (RowKind::with(row.values.topic()).expect("it was read as a row").kind)();
+            let cells = kind.cells(&row.values).unwrap_or_default();
+            let contradicts = |what| LogProblem::Contradiction { step: row.step, what };
+            ranges(&kind.columns(), &cells, header).map_err(contradicts)
+        }
+        Record::Step(_) => Ok(()),
     }
 }
 

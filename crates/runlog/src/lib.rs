@@ -72,6 +72,7 @@
 //!     radiates: false,
 //!     weakens: false,
 //!     has_state: false,
+//!     has_series: false,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,
@@ -153,7 +154,7 @@ mod salvage;
 mod unfinished;
 mod write;
 
-pub use asperity_files::{Existing, partial_path};
+pub use asperity_files::{Existing, is_being_written, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
 pub use note::{annotate, note};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};

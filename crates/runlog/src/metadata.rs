@@ -117,6 +117,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         radiates: map.parse_or(RADIATES, "true or false", false)?,
         weakens: map.parse_or(WEAKENS, "true or false", false)?,
         has_state: map.parse_or(HAS_STATE, "true or false", false)?,
+        has_series: map.parse_or("has_series", "true or false", false)?,
         time_step_s: map.positive("time_step_s")?,
         longest_stable_step_s: map
             .map
@@ -374,6 +375,7 @@ mod tests {
             (RADIATES, "yes"),
             (WEAKENS, "yes"),
             (HAS_STATE, "1"),
+            ("has_series", "2"),
             (LONGEST_STABLE_STEP, "0"),
         ];
         for (key, value) in wrong {

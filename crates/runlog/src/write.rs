@@ -55,6 +55,8 @@ pub struct RunWriter {
     digests: Digests,
     switches: u64,
     last_step: u64,
+    /// The step of the last record of any kind.
+    record_step: u64,
     /// Energies of the last step.
     energy: Option<Energy>,
     header: RunHeader,
@@ -157,6 +159,7 @@ impl RunWriter {
             digests: Digests::default(),
             switches: 0,
             last_step: 0,
+            record_step: 0,
             energy: None,
             header: header.clone(),
             synced: Instant::now(),
@@ -179,9 +182,10 @@ impl RunWriter {
     /// # Errors
     /// If the file cannot be written or a value is not finite.
     pub fn record(&mut self, record: &Record) -> Result<(), WriteError> {
-        self.last_step = record.step();
+        self.record_step = record.step();
         match record {
             Record::Step(record) => {
+                self.last_step = record.step;
                 self.energy = Some(record.energy);
                 self.step(record)
             }
@@ -223,7 +227,7 @@ impl RunWriter {
     pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
         self.payload.clear();
         event.write_json(&mut self.payload);
-        self.put(event.topic(), None, self.header.time_grid().time_ns(self.last_step))
+        self.put(event.topic(), None, self.header.time_grid().time_ns(self.record_step))
     }
 
     fn step(&mut self, record: &StepRecord) -> Result<(), WriteError> {

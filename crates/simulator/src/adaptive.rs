@@ -7,11 +7,13 @@
 //! of the order of `h^4`, as the estimate that bounds the step.
 //!
 //! The grid of `time.step_s` is that of the records: a crossing is recorded in the first grid step after it, and what
-//! is due in a grid step is read off the cubics. So recording never changes a trajectory.
+//! is due in a grid step is read off the cubics. So recording never changes a trajectory. `series` records the solver's
+//! own steps.
 
 mod equations;
 mod linear;
 mod rodas4;
+mod series;
 
 use std::sync::Arc;
 
@@ -52,6 +54,8 @@ pub(crate) struct Adaptive {
     /// Where the step in which the slider is begins, and its length.
     time_s: Sum,
     step_s: f64,
+    /// How many accepted steps end up to its beginning.
+    accepted_steps: u64,
     next_step_s: f64,
     begin: StepEnd,
     end: StepEnd,
@@ -85,6 +89,7 @@ impl Adaptive {
             recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
             step_s: 0.0,
+            accepted_steps: 0,
             next_step_s: 0.0,
             begin: StepEnd::zeros(blocks),
             end: StepEnd::zeros(blocks),
@@ -140,6 +145,7 @@ impl Adaptive {
         let plan = Arc::clone(&self.plan);
         self.time_s = saved.time_s;
         self.next_step_s = saved.next_step_s;
+        self.accepted_steps = saved.accepted_steps;
         self.passed = (plan.grid.first_step_from(saved.time_s.value()).saturating_sub(1), 0);
         self.stopped = None;
         self.crossings.clone_from(&saved.crossings);
@@ -199,6 +205,7 @@ impl Adaptive {
             }
         }
         self.time_s = end_s;
+        self.accepted_steps += u64::from(self.step_s > 0.0);
         if end_s.value() > plan.grid.time_s(self.passed.0 + 1) {
             self.passed = (plan.grid.first_step_from(end_s.value()) - 1, 0);
         }
@@ -397,6 +404,9 @@ impl Adaptive {
             let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());
             self.slider.peak_velocity_m_per_s = Some(speeds.fold(0.0, f64::max));
         }
+        if step == plan.steps && self.end_s().value() == plan.grid.time_s(step) {
+            self.record_series(false, self.step_s, step);
+        }
         Ok(())
     }
 
@@ -453,7 +463,9 @@ impl Solver for Adaptive {
                 left = steps;
             }
             left -= 1;
+            let step_s = self.step_s;
             self.stopped = self.advance().err();
+            self.record_series(true, step_s, due_step - 1);
         }
     }
 
@@ -470,6 +482,7 @@ impl Solver for Adaptive {
     fn snapshot(&self) -> Snapshot {
         let adaptive = AdaptiveState {
             time_s: self.time_s,
+            accepted_steps: self.accepted_steps,
             step_s: self.step_s,
             next_step_s: self.next_step_s,
             unknowns: self.begin.at.0.clone(),

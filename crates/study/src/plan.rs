@@ -18,7 +18,7 @@ use asperity_model::scenario::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_PLAN_BYTES};
 use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_run::{CODE_VERSION, Derived, Opened, Task, at_once};
+use asperity_run::{CODE_VERSION, Derived, OpenedForStudy, Task, at_once};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};
@@ -328,7 +328,7 @@ impl Plan {
             radiation: parts.radiation || run.radiates(),
             weakening: parts.weakening || run.weakens_by_slip(),
             state: parts.state || run.has_state(),
-            recording: false,
+            ..Parts::default()
         })
     }
 
@@ -511,13 +511,13 @@ impl Held {
 impl Files for Held {
     fn text(&self, path: &Path) -> io::Result<String> {
         let refused = |problem, accepted| io::Error::other(format!("{problem} (accepted: {accepted})"));
-        self.get(path.to_string_lossy().into_owned(), || Opened.text(path), refused)
+        self.get(path.to_string_lossy().into_owned(), || OpenedForStudy.text(path), refused)
     }
 
     fn state(&self, scenario: &Scenario) -> Result<String, UnfitState> {
         let name = format!("{} at {:e} s", scenario.initial.from, scenario.initial.at_s);
         let refused = |problem, accepted| UnfitState { key: "initial.from", problem, accepted };
-        self.get(name, || Opened.state(scenario), refused)
+        self.get(name, || OpenedForStudy.state(scenario), refused)
     }
 }
 

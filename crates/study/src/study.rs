@@ -8,7 +8,7 @@ use asperity_figures::{Family, Figure};
 use asperity_model::scenario::text;
 use asperity_record::Cell;
 use asperity_record::bounds::MOST_RUNS;
-use asperity_run::Opened;
+use asperity_run::OpenedForStudy;
 use asperity_run::study::Job;
 
 use crate::axis;
@@ -112,7 +112,7 @@ impl Study {
     /// # Errors
     /// If a scenario refuses its overrides, in words.
     pub fn jobs(&self) -> Result<Vec<Job>, String> {
-        self.runs.iter().map(|run| run.job(&Opened)).collect()
+        self.runs.iter().map(|run| run.job(&OpenedForStudy)).collect()
     }
 
     /// The number of runs over the axes.

@@ -10,6 +10,7 @@
 //! - [`table_files`]: the files of a table, while its rows are made.
 //! - [`run_tables`]: the rows of all tables of a run, while it is observed.
 //! - [`export`]: from a log that is read to the files.
+//! - [`seas`]: series of a run as text of the SEAS benchmarks.
 //! - [`tables`]: what a run is reduced to.
 //!
 //! ```
@@ -60,6 +61,7 @@ mod lines;
 mod parquet;
 mod rows;
 pub mod run_tables;
+pub mod seas;
 pub mod summaries;
 pub mod table;
 pub mod table_files;

@@ -20,6 +20,9 @@ const FIRST_STEP: f64 = 1e-6;
 pub struct AdaptiveState {
     /// Where the step begins, s.
     pub time_s: Sum,
+    /// How many accepted steps end up to there, from the start of the first run in a chain of them.
+    #[serde(default)]
+    pub accepted_steps: u64,
     /// Its length; 0 before the first one.
     pub step_s: f64,
     /// The length to try next.
@@ -56,6 +59,7 @@ impl AdaptiveState {
         let speed = speeds.into_iter().find(|speed| *speed > 0.0).unwrap_or(1.0);
         Some(Box::new(AdaptiveState {
             time_s: Sum { total: plan.grid.time_s(initial.step), rest: 0.0 },
+            accepted_steps: 0,
             step_s: 0.0,
             next_step_s: FIRST_STEP * law.critical_slip_m / speed,
             unknowns: behind_m
@@ -78,6 +82,7 @@ impl AdaptiveState {
             && total >= 0.0
             && rest.abs() <= 1e-6 * total
             && total + rest <= plan.grid.time_s(step) * (1.0 + 1e-12)
+            && self.accepted_steps < u64::MAX / 2
             && self.step_s.is_finite()
             && self.step_s >= 0.0
             && self.next_step_s.is_finite()

@@ -174,6 +174,8 @@ impl Plan {
                         every_steps: steps(scenario.recording.rupture_fields_s),
                     }),
                 },
+                series_every: scenario.recording.series_every.into(),
+                series_blocks: scenario.recording.series_blocks.iter().map(|n| *n as usize - 1).collect(),
             },
         };
         match plan.friction.law.rate_and_state() {

@@ -183,11 +183,16 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
 }
 
 fn lists_of_blocks_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let prestress = &scenario.prestress;
+    let (prestress, recording) = (&scenario.prestress, &scenario.recording);
     let lists = [
         ("friction.stuck_blocks", scenario.friction.stuck_blocks.as_slice()),
         ("prestress.from_blocks", &prestress.from_blocks),
+        ("recording.series_blocks", &recording.series_blocks),
     ];
+    if recording.series_every == 0 && !recording.series_blocks.is_empty() {
+        let problem = "blocks without recording.series_every, which says when they are recorded";
+        refusals.refuse("recording.series_blocks", problem, "none, or recording.series_every from 1");
+    }
     lists_ascend(lists, scenario.slider.contacts(), refusals);
     let [from, ratios] = [&prestress.from_blocks, &prestress.from_blocks_ratio].map(Vec::len);
     if from != ratios {

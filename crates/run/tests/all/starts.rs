@@ -408,26 +408,33 @@ fn what_cannot_be_branched_from_is_refused_with_place_and_reason() {
     let folder = tempfile::tempdir().unwrap();
     let (scenario, log, ..) = parent(folder.path());
     let bytes = std::fs::read(&log).unwrap();
-    let cut = folder.path().join("cut.mcap");
-    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
     let flipped = folder.path().join("flipped.mcap");
     let mut damaged = bytes.clone();
     damaged[bytes.len() / 2] ^= 1;
     std::fs::write(&flipped, damaged).unwrap();
-    let salvaged = folder.path().join("salvaged.mcap");
-    asperity_run::salvage(&cut, &salvaged).unwrap();
+    let partial = folder.path().join("part.mcap.partial");
+    std::fs::write(&partial, &bytes[..bytes.len() * 2 / 3]).unwrap();
     let of_run = from(&log);
     let longer = "time.duration_s=9";
     let path = log.display().to_string();
     for (sets, expected) in [
         (
             vec![from(&folder.path().join("none.mcap"))],
-            "none.mcap: there is no such file (accepted: the complete log of".to_owned(),
+            "none.mcap: there is no such file (accepted: the log of".to_owned(),
         ),
-        (vec![from(folder.path())], "(accepted: the complete log of a run by this program)".to_owned()),
-        (vec![from(&cut)], "cut.mcap: the log is incomplete: ".to_owned()),
+        (
+            vec![from(folder.path())],
+            "(accepted: the log of a run by this program: complete, incomplete or salvaged)".to_owned(),
+        ),
         (vec![from(&flipped)], "flipped.mcap: the log is damaged: ".to_owned()),
-        (vec![from(&salvaged)], "salvaged.mcap: the log is salvaged with gaps: ".to_owned()),
+        (vec![from(&flipped)], "; salvage it first (accepted: ".to_owned()),
+        (
+            vec![from(&partial), "initial.at_s=0.29".to_owned()],
+            format!(
+                "initial.at_s: 0.29 s is not in the run of {} (accepted: a time above 0",
+                partial.display()
+            ),
+        ),
         (
             vec![of_run.clone()],
             "time.duration_s: the run begins at 0.3 s on its clock (accepted: a number above 0.3".to_owned(),

@@ -21,7 +21,8 @@ pub(crate) struct Recorder {
     due_step: u64,
     /// The first step of a run that begins while contacts slide: its record is the onset of a slip event.
     onset_step: Option<u64>,
-    ready: VecDeque<Record>,
+    /// Records to be handed out, in order.
+    pub(crate) ready: VecDeque<Record>,
     instability: InstabilityStop,
     /// The error to report once the queued records are handed out.
     stop: Option<SimulationError>,

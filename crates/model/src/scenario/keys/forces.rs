@@ -208,8 +208,9 @@ section! {
         /// duration and recording may be others. The clock goes on, and time.start, initial_shear and initial_velocity
         /// have no effect. The log is read once; initial.state holds what it said.
         from: String = ""; Text(LONGEST_NAME_BYTES);
-        /// The time of that state, a whole number of steps; of initial.from, 0 for its end. Of a state in a table or in
-        /// lists, the time on the clock at which the run begins, with the drive point at V t.
+        /// The time of that state, a whole number of steps; of initial.from, 0 for its end, or the end of what is sound of
+        /// an unfinished log. Of a state in a table or in lists, the time on the clock at which the run begins, with the
+        /// drive point at V t.
         at_s: f64 = 0.0; NOT_NEGATIVE;
         /// The state itself, as this program writes it: a checksum, and exact numbers; empty for none.
         state: String = ""; Text(LONGEST_STATE_BYTES);

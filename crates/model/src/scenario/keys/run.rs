@@ -1,13 +1,18 @@
 //! The keys of time, detection and recording.
 
-use std::ops::Bound::Included;
+use std::ops::Bound::{Included, Unbounded};
 
 use asperity_record::MOST_BLOCKS;
 
 use super::section::section;
 use crate::scenario::choices::Start;
-use crate::scenario::key::Kind::{Count, Flag, Number, Word};
+use crate::scenario::key::Kind::{Count, Flag, Number, Numbers, Word};
+use crate::scenario::key::Need::{self, Laws};
 use crate::scenario::key::{NOT_NEGATIVE, POSITIVE};
+use crate::scenario::keys::List;
+
+/// What series need.
+const SOLVED: &[(Need, &str)] = &[(Laws(|law| !law.sticks()), "other solvers take the steps of the grid")];
 
 section! {
     /// `[time]`
@@ -55,6 +60,12 @@ section! {
         rupture_fields_from_blocks: u32 = 0; Count(0, MOST_BLOCKS);
         /// Cadence of these states, a whole number of steps; 0 if there are none.
         rupture_fields_s: f64 = 0.0; NOT_NEGATIVE;
+        /// Of rate-and-state: every so many accepted steps of the solver, and the first and the last of the run, to be
+        /// recorded as solved, at their exact times (`/series`); 0 for none.
+        series_every: u32 = 0; Count(0, 1_000_000_000); needs SOLVED;
+        /// Blocks whose slip, velocity, friction and state are recorded at these steps (`/series_block`), counted from 1,
+        /// ascending; empty for none.
+        series_blocks: List = List::new(); Numbers(Included(1.0), Unbounded); needs SOLVED;
     }
     /// Its dense windows.
     list window: Window;

@@ -62,6 +62,15 @@ const CASES: &[(&str, &str)] = &[
     ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 number for 100 blocks"),
     ("friction.static_spread = 0.5", "friction.static_spread: block"),
     ("friction.stuck_blocks = [1, 1]", "entry 2 is 1 (accepted: ascending whole numbers from 1 to 100)"),
+    ("recording.series_every = 10", "recording.series_every: 10 has no meaning for friction.law = \"interf"),
+    (
+        "friction.law = \"rate-and-state\"\nrecording.series_blocks = [1]",
+        "recording.series_blocks: blocks without recording.series_every",
+    ),
+    (
+        "friction.law = \"rate-and-state\"\nrecording.series_every = 1\nrecording.series_blocks = [1, 101]",
+        "recording.series_blocks: entry 2 is 101 (accepted: ascending whole numbers from 1 to 100)",
+    ),
     ("friction.stuck_blocks = [2.5]", "friction.stuck_blocks: entry 1 is 2.5 (accepted: "),
     ("prestress.from_blocks = [101]\nprestress.from_blocks_ratio = [0]", "entry 1 is 101 (accepted: "),
     ("prestress.from_blocks = [2, 3]", "0 ratios at 2 blocks (accepted: as many as prestress.from_blocks)"),

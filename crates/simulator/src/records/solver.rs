@@ -8,10 +8,6 @@ use crate::records::stop::Stop;
 
 /// What a solver returns.
 #[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "nearly every value is a record, which a box would allocate for"
-)]
 pub enum Next {
     /// The next record.
     Record(Record),

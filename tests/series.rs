@@ -42,7 +42,7 @@ fn rows_are_accepted_steps_at_exact_times_and_change_nothing() {
         assert!((length_s / pair[1].step_s - 1.0).abs() < 1e-6 || length_s < 1e-8, "{pair:?}");
     }
     let last = each.len() as u64;
-    let is_due = |row: &&Series| [1, last].contains(&row.solver_step) || row.solver_step % 100 == 0;
+    let is_due = |row: &&Series| [1, last].contains(&row.solver_step) || row.solver_step.is_multiple_of(100);
     assert_eq!(hundredth, each.iter().filter(is_due).cloned().collect::<Vec<_>>());
     // A step is between the records of the grid: V, and so the slip, are those of the fields.
     let peak = each.iter().map(|row| row.v_max_m_per_s).fold(0.0, f64::max);
@@ -149,7 +149,7 @@ fn a_run_with_series_goes_on_and_is_salvaged_and_branched() {
             }
             _ => None,
         };
-        items.into_iter().filter_map(row).filter(|(number, _)| number % 3 == 0).collect()
+        items.into_iter().filter_map(row).filter(|(number, _)| number.is_multiple_of(3)).collect()
     };
     let (whole, rest) = (numbers("run.mcap"), numbers("branch.mcap"));
     assert!(rest.len() > 10 && whole.ends_with(&rest), "{} of {}", rest.len(), whole.len());

@@ -149,7 +149,7 @@ fn a_run_with_series_goes_on_and_is_salvaged_and_branched() {
             }
             _ => None,
         };
-        items.into_iter().filter_map(row).filter(|(number, _)| number % 3 == 0).collect()
+        items.into_iter().filter_map(row).filter(|(number, _)| number.is_multiple_of(3)).collect()
     };
     let (whole, rest) = (numbers("run.mcap"), numbers("branch.mcap"));
     assert!(rest.len() > 10 && whole.ends_with(&rest), "{} of {}", rest.len(), whole.len());

@@ -149,7 +149,7 @@ impl NamedCurves {
     pub fn across(&self, run: &RunData, keys: &CurveKeys) -> &'static str {
         match self.x {
             "block n" if run.of_one_row().is_none() => "column i",
-            "v (m/s)" if keys.against == Against::Slip => "slip over D_c",
+            "v (m/s)" if keys.against == Against::Slip || run.plan.friction.weakens() => "slip over D_c",
             across => across,
         }
     }

@@ -2,6 +2,7 @@
 //!
 //! To add one: a function and an entry.
 
+use asperity_model::law::weakening::Weakening;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_model::theory::front::{Front, relative_prestress};
 use asperity_model::{Course, Evolution};
@@ -49,7 +50,8 @@ curves! {
         junction_forces;
     /// Rate-and-state friction of a block, from dense windows: against its velocity, with steady sliding, or against slip
     /// after a step of the drive, with its closed form. Friction is the force that pulls the block less radiation, over
-    /// its load; inertia counts as friction.
+    /// its load; inertia counts as friction. Of contacts that weaken by slip, from a dense window of every step, friction
+    /// without inertia against slip, from the step in which it is largest, beside the law.
     "friction": ["friction over load F/p"], over "v (m/s)", ["against" "block"], |_| RequiredData::WINDOWS, friction;
 }
 
@@ -393,9 +395,16 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     let block = keys.block.unwrap_or(1);
     let lacks = |what: &str| format!("run {} has no {what}", run.name);
     let friction = &run.plan.friction;
-    let law = friction.law.rate_and_state().ok_or_else(|| lacks("rate-and-state friction"))?;
     let place = block.checked_sub(1).filter(|_| block <= run.header.blocks);
     let place = place.ok_or_else(|| lacks(&format!("block {block}")))? as usize;
+    if let Some(fall) = friction.law.weakening() {
+        return weakening(run, fall, place)
+            .ok_or_else(|| lacks(&format!("dense window of every step with block {block}")));
+    }
+    let law = friction
+        .law
+        .rate_and_state()
+        .ok_or_else(|| lacks("friction by rate and state, or that weakens by slip"))?;
     let b = friction.evolution_effects[place];
     let hold_step = run.plan.drive.hold_from_step.unwrap_or(u64::MAX);
     // Time, slip, velocity, and friction without inertia over the load.
@@ -456,6 +465,47 @@ fn friction(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         Curve::new(Role::Theory, "", (0..=POINTS).map(theory).collect()),
         Curve::new(Role::Marked(1), "", measured),
         Curve::remark("marks: simulated, lines: closed form"),
+    ])
+}
+
+/// Friction of a block that weakens by slip, and its law; `None` without a window of consecutive steps.
+fn weakening(run: &RunData, fall: Weakening, place: usize) -> Option<Vec<Curve>> {
+    const POINTS: u32 = 200;
+    const MARKS: usize = 24;
+    let (plan, friction) = (&run.plan, &run.plan.friction);
+    let at = |record: &WindowRecord| {
+        let at = (place + 1).checked_sub(record.first_block as usize)?;
+        let values = [&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n];
+        let [u, v, tau] = values.map(|values| values.get(at).copied());
+        Some((record.step, [u?, v?, tau?]))
+    };
+    let course: Vec<_> = run.windows().ok()?.iter().filter_map(at).collect();
+    let per_step = plan.block_mass_kg / plan.grid.step_s();
+    let rubbing = |pair: &[(u64, [f64; 3])]| {
+        let [(before, [_, v, _]), (step, [new_u, new_v, tau])] = [pair[0], pair[1]];
+        let radiated_n = friction.law.radiation_kg_per_s() * v;
+        let load_n = plan.outside(step, u64::MAX).loads_n()[place];
+        (step == before + 1).then(|| (new_u, (tau - radiated_n - per_step * (new_v - v)) / load_n))
+    };
+    let rubbed: Vec<(f64, f64)> = course.windows(2).filter_map(rubbing).collect();
+    // From the largest friction to the end of the slip.
+    let largest = |of: &[f64]| (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b]).then(b.cmp(a)));
+    let (ways_m, coefficients): (Vec<f64>, Vec<f64>) = rubbed.iter().copied().unzip();
+    let first = largest(&coefficients)?;
+    let last = first + largest(&ways_m[first..])?;
+    let d_m = friction.weakening_slip_m[place];
+    let slips: Vec<(f64, f64)> =
+        rubbed[first..=last].iter().map(|(u, mu)| ((u - ways_m[first]) / d_m, *mu)).collect();
+    let most = slips.iter().fold(1.0, |most: f64, (slip, _)| most.max(*slip));
+    let [high, low] = [friction.static_coefficients[place], friction.dynamic_coefficients[place]];
+    let law = |n: u32| {
+        let slip = most * f64::from(n) / f64::from(POINTS);
+        (slip, low + (high - low) * fall.share(slip))
+    };
+    Some(vec![
+        Curve::new(Role::Theory, "", (0..=POINTS).map(law).collect()),
+        Curve::new(Role::Marked(slips.len().div_ceil(MARKS)), "", slips),
+        Curve::remark("marks: simulated, lines: the law"),
     ])
 }
 
@@ -557,11 +607,52 @@ mod tests {
         assert_eq!(friction("slip", 2, &run).unwrap(), expected);
     }
 
+    /// The force without friction is that on the block, and the friction of the law.
+    #[test]
+    fn friction_that_weakens_follows_its_law_over_slip() {
+        let mut run = made_up::run("friction.law = \"rigid\"\nfriction.weakening_slip_m = 1e-6", &[]);
+        let per_step = run.plan.block_mass_kg / run.plan.grid.step_s();
+        let p = run.plan.normal_load_n[1];
+        let rows = [(0.0, 0.0, 0.6), (0.0, 0.0, 0.7), (4e-7, 1e-3, 0.6), (1.5e-6, 3e-3, 0.45)];
+        let mut v_before = 0.0;
+        run.windows = (1..)
+            .zip(rows)
+            .map(|(step, (u, v, mu))| {
+                let pull_n = mu * p + per_step * (v - v_before);
+                v_before = v;
+                let [u, v, tau] = [u, v, pull_n].map(|value| vec![value]);
+                let (first_block, blocks) = (2, WindowRecord::default());
+                WindowRecord {
+                    step,
+                    first_block,
+                    displacement_m: u,
+                    velocity_m_per_s: v,
+                    tangential_force_n: tau,
+                    ..blocks
+                }
+            })
+            .collect();
+        run.kept.windows = true;
+        let [law, measured] = friction("slip", 2, &run).unwrap();
+        assert_eq!(measured.len(), 3, "{measured:?}");
+        near(measured[0], (0.0, 0.7));
+        near(measured[1], (0.4, 0.6));
+        near(measured[2], (1.5, 0.45));
+        near(law[0], (0.0, 0.7));
+        near(*law.last().unwrap(), (1.5, 0.45));
+        run.windows.retain(|record| record.step != 2 && record.step != 3);
+        let why = "run test has no dense window of every step with block 2";
+        assert_eq!(friction("slip", 2, &run).unwrap_err(), why);
+    }
+
     #[test]
     fn what_a_run_lacks_is_said() {
         let lacks = |block, run: &RunData| friction("slip", block, run).unwrap_err();
         assert_eq!(lacks(1, &step("slip")), "run test has no dense window with block 1");
         assert_eq!(lacks(4, &step("slip")), "run test has no block 4");
-        assert_eq!(lacks(1, &made_up::run("", &[])), "run test has no rate-and-state friction");
+        assert_eq!(
+            lacks(1, &made_up::run("", &[])),
+            "run test has no friction by rate and state, or that weakens by slip"
+        );
     }
 }

@@ -61,20 +61,25 @@ impl Weakening {
         self.corners.iter().any(|[_, s]| *s > 1.0)
     }
 
+    /// `s` at a slip over `D_c`.
+    #[inline(always)]
+    pub fn share(&self, x: f64) -> f64 {
+        let next = self.corners[1..self.count - 1].iter().filter(|[corner, _]| *corner <= x).count();
+        let [[x0, s0], [x1, s1]] = [self.corners[next], self.corners[next + 1]];
+        if x < 1.0 { s0 + (s1 - s0) * ((x - x0) / (x1 - x0)) } else { 0.0 }
+    }
+
     /// Friction after a slip.
     #[inline(always)]
     fn friction_n(&self, of: &Strength<'_>, slip_m: f64) -> f64 {
         let (high, low) = (of.static_n, of.friction_n);
-        if slip_m < of.weakening_slip_m {
-            let x = slip_m / of.weakening_slip_m;
-            if self.count == 2 {
-                return of.load * (high - (high - low) * x);
+        let x = slip_m / of.weakening_slip_m;
+        of.load
+            * match slip_m < of.weakening_slip_m {
+                true if self.count == 2 => high - (high - low) * x,
+                true => low + (high - low) * self.share(x),
+                false => low,
             }
-            let next = self.corners[1..self.count - 1].iter().filter(|[corner, _]| *corner <= x).count();
-            let [[x0, s0], [x1, s1]] = [self.corners[next], self.corners[next + 1]];
-            return of.load * (low + (high - low) * (s0 + (s1 - s0) * ((x - x0) / (x1 - x0))));
-        }
-        of.load * low
     }
 }
 

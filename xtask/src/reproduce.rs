@@ -11,7 +11,7 @@ pub(crate) const CHAPTER5: &str = "chapter5";
 pub(crate) const CHAPTER6: &str = "chapter6";
 
 /// The pipelines, each `pipelines/NAME.toml`, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 13] = [
+pub(crate) const ALL: [&str; 14] = [
     CHAPTER5,
     CHAPTER6,
     "appendix-a",
@@ -20,6 +20,7 @@ pub(crate) const ALL: [&str; 13] = [
     "resolution",
     "front-speed",
     "slip-pulses",
+    "fracture-energy",
     "slab",
     "slow-slip",
     "area",

@@ -1,8 +1,10 @@
 //! Where a front stops behind a barrier, how long it takes, and how far the blocks have slipped then.
 //!
-//! A barrier is the last block of `prestress.from_blocks`: the prestress is even on both sides of it.
+//! A barrier is the block from which on friction falls over another slip, or else the last block of
+//! `prestress.from_blocks`: the prestress is even on both sides of it.
 
 use asperity_model::theory::front::{Front, relative_prestress};
+use asperity_model::theory::weakening::Beginning;
 use asperity_record::Direction;
 
 use crate::fronts::{crossing_s, passages, unit_m};
@@ -19,15 +21,17 @@ pub(crate) struct Arrest {
     is_stuck: bool,
     /// The front before it.
     front: Front,
-    /// `tau` behind it.
-    behind: f64,
+    /// The same behind it.
+    behind: Front,
 }
 
 impl Arrest {
     /// That of a run; `None` without barrier, if the last block slid as well, or if a block still slides at the
     /// end.
     pub(crate) fn of(run: &RunEvents) -> Option<Arrest> {
-        let at = *run.scenario.prestress.from_blocks.last()? as usize - 1;
+        let changes = run.plan.friction.weakening_slip_m.windows(2).rposition(|slip| slip[0] != slip[1]);
+        let of_prestress = || Some(*run.scenario.prestress.from_blocks.last()? as usize - 1);
+        let at = changes.map(|before| before + 1).or_else(of_prestress)?;
         let last =
             run.switches.iter().rposition(Option::is_some).filter(|last| last + 1 < run.plan.blocks)?;
         if run.switches.iter().flatten().any(|[_, switched]| switched.direction == Direction::Detach) {
@@ -38,7 +42,7 @@ impl Arrest {
             before: at as f64,
             is_stuck: run.scenario.friction.stuck_blocks.first() == Some(&1.0),
             front: Front::of(&run.plan, at.checked_sub(1)?)?,
-            behind: relative_prestress(&run.plan, at)?,
+            behind: Front::of(&run.plan, at)?,
         })
     }
 
@@ -46,7 +50,7 @@ impl Arrest {
     /// `tau` is above 0 and `tau_b` below.
     pub(crate) fn over_crack(&self) -> Option<f64> {
         let is_crack = self.front.top_stiffness == 0.0 && self.stops();
-        is_crack.then(|| self.blocks * -self.behind / (self.before * self.front.prestress))
+        is_crack.then(|| self.blocks * -self.behind.prestress / (self.before * self.front.prestress))
     }
 
     /// This ratio in theory, without damping.
@@ -54,22 +58,49 @@ impl Arrest {
         self.over_crack().filter(|_| self.is_undamped()).map(|_| if self.is_stuck { 1.0 } else { 2.0 })
     }
 
-    /// The length of a pulse times `sqrt(gamma)`; `None` for cracks, and unless `tau` is above 0 and `tau_b` below.
+    /// The length of a pulse times `sqrt(gamma)`; `None` for cracks, and unless `tau` is above 0 and it, or
+    /// fracture energy, ends the pulse.
     pub(crate) fn of_pulse(&self) -> Option<f64> {
-        let is_pulse = self.front.top_stiffness > 0.0 && self.stops();
+        let is_pulse = self.front.top_stiffness > 0.0 && (self.stops() || self.tough().is_some());
         is_pulse.then(|| self.blocks * self.front.top_stiffness.sqrt())
     }
 
     /// This, over its bound without damping, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
     pub(crate) fn over_pulse_bound(&self) -> Option<f64> {
         let tau = self.front.prestress;
-        let length = self.of_pulse().filter(|_| self.is_undamped())?;
-        Some(length * -self.behind / (1.0 + (1.0 - tau * tau).sqrt()))
+        let length = self.of_pulse().filter(|_| self.is_undamped() && self.stops())?;
+        Some(length * -self.behind.prestress / (1.0 + (1.0 - tau * tau).sqrt()))
+    }
+
+    /// `d` behind the barrier over the largest to which a pulse goes on, `tau^2 / gamma`; of a crack over `(n tau)^2`,
+    /// which is `1 / s^2` of [`weakening`](asperity_model::theory::weakening).
+    pub(crate) fn toughness(&self) -> Option<f64> {
+        let (d, Front { prestress: tau, top_stiffness: gamma, .. }) = (self.tough()?, self.front);
+        Some(if gamma > 0.0 { gamma * d / (tau * tau) } else { d / (self.loaded() * tau).powi(2) })
+    }
+
+    /// The blocks of a crack behind a barrier of fracture energy, in theory.
+    pub(crate) fn of_tough_crack(&self) -> Option<f64> {
+        let d = self.tough().filter(|_| self.front.top_stiffness == 0.0)?;
+        let beginning = if self.is_stuck { Beginning::Stuck } else { Beginning::Free };
+        beginning.blocks_behind_barrier(self.front.prestress, self.loaded() as u32, d)
+    }
+
+    /// The blocks before the barrier that slide.
+    fn loaded(&self) -> f64 {
+        self.before - f64::from(u8::from(self.is_stuck))
+    }
+
+    /// `d` behind a barrier of fracture energy alone: before it friction falls at once, under the same `tau` above 0.
+    fn tough(&self) -> Option<f64> {
+        let differs = (self.front.prestress - self.behind.prestress).abs() > 1e-9;
+        let is_tough = self.front.prestress > 0.0 && self.front.weakening_slip == 0.0 && !differs;
+        Some(self.behind.weakening_slip).filter(|d| is_tough && *d > 0.0)
     }
 
     /// Whether the prestress drives the front before the barrier, and stops it behind.
     fn stops(&self) -> bool {
-        self.front.prestress > 0.0 && self.behind < 0.0
+        self.front.prestress > 0.0 && self.behind.prestress < 0.0
     }
 
     fn is_undamped(&self) -> bool {

@@ -1,6 +1,9 @@
-//! The progress of the creep front.
+//! The progress of the creep front, and what it needs where friction weakens slowly with slip.
 
+use asperity_model::theory::weakening::{Beginning, Weakening, creep_load_ratio};
 use asperity_record::Contacts;
+
+use crate::run_data::RunEvents;
 
 /// The creep front over time: the farthest block such that it and all blocks before it have slid; over an
 /// area the farthest column of which this is true of all contacts.
@@ -47,6 +50,31 @@ impl CreepFront {
         let until = step.map_or(self.came.len(), |step| self.came.partition_point(|(came, _)| *came < step));
         self.came[..until].last().map(|(_, column)| *column)
     }
+}
+
+/// `d` over that below which slip of the first stretch of blocks beside a stuck one runs away.
+pub(crate) fn over_critical(run: &RunEvents) -> Option<f64> {
+    let stuck: Vec<u32> = run.scenario.friction.stuck_blocks.iter().map(|block| *block as u32).collect();
+    let from = (1..).find(|block| !stuck.contains(block))?;
+    let blocks = stuck.iter().find(|block| **block > from)? - from;
+    let beginning = if from == 1 { Beginning::Free } else { Beginning::Stuck };
+    let gamma = crate::fronts::theory(run)?.top_stiffness;
+    Some(Weakening::of(&run.plan)?.weakening_slip_ratio / beginning.critical_slip(blocks, gamma))
+}
+
+/// `w` by the load over normal load `of` a block, by default the middle one.
+pub(crate) fn detachment(run: &RunEvents, block: Option<f64>, of: impl Fn(u32) -> Option<f64>) -> Option<f64> {
+    let (friction, blocks) = (&run.plan.friction, run.plan.blocks as f64);
+    let n = block.unwrap_or((blocks / 2.0).round()).clamp(1.0, blocks);
+    let fall = friction.static_coefficient - friction.dynamic_coefficient;
+    Some((blocks * of(n as u32)? - friction.dynamic_coefficient * (n - 1.0)) / fall)
+}
+
+/// The load over normal load at which a crack that follows the drive reaches a block.
+pub(crate) fn load_theory(run: &RunEvents, block: u32) -> Option<f64> {
+    let (friction, d) = (&run.plan.friction, Weakening::of(&run.plan)?.weakening_slip_ratio);
+    let coefficients = [friction.static_coefficient, friction.dynamic_coefficient];
+    Some(creep_load_ratio(block, run.plan.blocks as u32, coefficients, d))
 }
 
 #[cfg(test)]

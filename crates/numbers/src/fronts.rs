@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::theory::front::{Front, relative_prestress};
+use asperity_model::theory::weakening::pulled_speed;
 use asperity_record::{Arrival, Direction, magnitude};
 
 use crate::precursors::{PrecursorRules, among_ruptures};
@@ -243,9 +244,21 @@ pub fn unit_m(run: &RunEvents) -> Option<f64> {
     (weakening_n > 0.0).then(|| weakening_n / run.plan.elastic.stiffness_n_per_m)
 }
 
+/// Speed of the front over the wave speed, in theory: of a steady one, or where friction falls over a slip without
+/// prestress and losses, of one that the force on block 1 pulls.
+pub fn speed_theory(run: &RunEvents) -> Option<f64> {
+    let front = theory(run)?;
+    let &Front { prestress, weakening_slip: d, .. } = &front;
+    let losses = front.relative_damping + front.relative_radiation + front.top_stiffness;
+    if d > 0.0 && prestress.abs() < 1e-9 && losses == 0.0 {
+        return pulled_speed(relative_prestress(&run.plan, 0)?, d);
+    }
+    front.speed_over_c()
+}
+
 /// Deviation of the speed from the theory, over it.
 pub fn speed_error(run: &RunEvents) -> Option<f64> {
-    Some(speed_over_c(run)? / theory(run)?.speed_over_c()? - 1.0)
+    Some(speed_over_c(run)? / speed_theory(run)? - 1.0)
 }
 
 /// How many blocks a pulse is long: its speed times the mean time for which a block slides, over

@@ -11,6 +11,7 @@ use asperity_record::{SlipEvent, WindowRecord};
 
 use crate::arrest::{self, Arrest};
 use crate::at_rest;
+use crate::creep;
 use crate::curves::{
     event_in_window, mean_behind_front, median_over_crossing, nearest_precursor, over_crossing,
 };
@@ -301,6 +302,9 @@ numbers! {
         /// none where there is no theory.
         first_front_speed_error_ratio: f64 =
             Events |run, _| Some(fronts::speed_error(run.of_chain()?)?.abs());
+        /// The speed in that theory; and where friction falls over a slip, without prestress, dampers and radiation,
+        /// that of a front that the force on block 1 pulls.
+        first_front_speed_theory_ratio: f64 = Events |run, _| fronts::speed_theory(run.of_chain()?);
         /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
         /// same span slides.
         pulse_length_blocks: f64 [unit = "1"] =
@@ -314,8 +318,9 @@ numbers! {
         /// `tau` of the last block that the front from block 1 reached; none if it reached all, or still
         /// runs.
         first_front_arrest_prestress_ratio: f64 = Events |run, _| fronts::arrest_prestress(run.of_chain()?);
-        /// Number of blocks that slid behind a barrier, the last block of `prestress.from_blocks`; none if
-        /// the last block of the chain slid as well, or a block still slides at the end.
+        /// Number of blocks that slid behind a barrier, the block from which on friction falls over another slip, or else
+        /// the last block of `prestress.from_blocks`; none if the last block of the chain slid as well, or a block
+        /// still slides at the end.
         behind_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.blocks);
         /// Number of blocks before the barrier, `n`.
         before_barrier_blocks: u32 = Events |run, _| Some(Arrest::of(run.of_chain()?)?.before);
@@ -334,6 +339,29 @@ numbers! {
         /// This length over its upper bound in theory without damping, `(1 + sqrt(1 - tau^2)) / |tau_b|`.
         behind_barrier_pulse_bound_ratio: f64 =
             Events |run, _| Arrest::of(run.of_chain()?)?.over_pulse_bound();
+        /// `d` behind a barrier of fracture energy, with `d = 0` and the same `tau` before it: over `tau^2 / gamma` of a
+        /// pulse, over `(n tau)^2` of a crack before which `n` blocks slid.
+        behind_barrier_fracture_ratio: f64 = Events |run, _| Arrest::of(run.of_chain()?)?.toughness();
+        /// `behind_barrier_blocks` of a crack behind such a barrier, in theory, without damping, for `tau` far below 1.
+        behind_barrier_blocks_theory: f64 [unit = "1"] =
+            Events |run, _| Arrest::of(run.of_chain()?)?.of_tough_crack();
+        /// Deviation of `behind_barrier_blocks` from that theory, over the theory.
+        behind_barrier_error_ratio: f64 = Events |run, _| {
+            let arrest = Arrest::of(run.of_chain()?)?;
+            Some((arrest.blocks / arrest.of_tough_crack()? - 1.0).abs())
+        };
+        /// `d` over that below which slip of the first blocks beside a stuck one runs away.
+        weakening_slip_over_critical_ratio: f64 = Events |run, _| creep::over_critical(run.of_chain()?);
+        /// `w` in `F_T / F_N = [mu_d (n - 1) + (mu_s - mu_d) w] / N` of a side-driven chain when block `n` first detaches,
+        /// by default the middle one.
+        detachment_weakening_ratio: f64 =
+            Loads |run, loads, near| creep::detachment(run.of_chain()?, near, |n| {
+                let step = run.switches[n as usize - 1]?[0].step;
+                rate_and_state::ft_fn_at(loads, run.plan.grid.time_s(step))
+            });
+        /// The same of a crack that follows the drive, where friction weakens too slowly for jumps.
+        detachment_weakening_theory_ratio: f64 =
+            Events |run, near| creep::detachment(run.of_chain()?, near, |n| creep::load_theory(run, n));
         /// Time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`; none
         /// if a block still slides at the end, unless it reached all or the next one is stuck.
         first_front_duration_ratio: f64 = Events |run, _| arrest::front_duration(run.of_one_row()?);

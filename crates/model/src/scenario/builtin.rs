@@ -109,6 +109,8 @@ scenarios![
     "unloading-top-driven-poisson",
     "front",
     "slip-pulse",
+    "slip-weakening",
+    "slip-weakening-barrier",
     "slab",
     "pmma-block",
     "sheet",

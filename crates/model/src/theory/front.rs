@@ -117,15 +117,18 @@ pub fn relative_prestress(plan: &Plan, block: usize) -> Option<f64> {
 
 impl Front {
     /// The front of a plan, with the prestress of one block, counted from 0. None where the theory
-    /// does not apply: for slabs, ends that are not free, contacts that are not rigid or weaken with velocity, and a drive
-    /// that moves or does not act on all blocks alike.
+    /// does not apply: for slabs, ends that are not free, contacts that are not rigid or weaken with velocity or in pieces,
+    /// and a drive that moves or does not act on all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
         if !plan.has_theory() || plan.has_contact_courses() {
             return None;
         }
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
-        let plain_friction = plan.friction.law.holds() && plan.friction.law.affine().is_some();
+        let law = plan.friction.law;
+        // On the whole the fall has the slope 1, and a steeper piece if it has several.
+        let is_linear = law.weakening().is_some_and(|fall| fall.steepest() == 1.0);
+        let plain_friction = law.holds() && (law.affine().is_some() || is_linear);
         if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 || plan.drive.course.is_some() {
             return None;
         }
@@ -524,11 +527,19 @@ mod tests {
             (radiating.relative_radiation * (2.5e7 * mass_kg).sqrt() - 5.0).abs() < 1e-9,
             "{radiating:?}"
         );
+        let weak = with(&[&none[..], &["friction.weakening_slip_m=1e-6"]].concat()).unwrap();
+        assert!((weak.weakening_slip * 0.25 * (400.0 / 11.0) - 25.0).abs() < 1e-9, "{weak:?}");
         // k = 2.5e7 N/m on eleven blocks.
         let held = ["drive.kind=top", "drive.stiffness_n_per_m=1.375e8", "drive.velocity_m_per_s=0"];
         assert!((with(&held).unwrap().top_stiffness - 0.5).abs() < 1e-9);
         for other in [
             &["friction.law=interfacial-springs"][..],
+            &["friction.law=interfacial-springs", "friction.weakening_slip_m=1e-6"],
+            &[
+                "friction.weakening_slip_m=1e-6",
+                "friction.weakening_fractions=[0.5]",
+                "friction.weakening_shares=[0.4]",
+            ],
             &["friction.law=velocity-weakening", "friction.weakening_velocity_m_per_s=0.1"],
             &["drive.velocity_m_per_s=1e-4"],
             &["drive.stiffness_n_per_m=1e5"],

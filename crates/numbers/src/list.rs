@@ -497,6 +497,13 @@ numbers! {
         /// Growth per radian of small oscillations about steady sliding of one block, in theory; none where
         /// there are no oscillations.
         oscillation_growth_theory_ratio: f64 = Events |run, _| rate_and_state::growth_theory(run);
+        /// Amplitude of the velocity of one block over that of the drive, in the last period of a swing of the
+        /// prestress: from records of `F_T` that divide it evenly, else none.
+        swing_velocity_ratio: f64 = Loads |run, loads, _| Some(rate_and_state::swing(run, loads)?[0]);
+        /// Its phase: `cos(w t + phase)` where the prestress is `sin(w t)`.
+        swing_phase_rad: f64 = Loads |run, loads, _| Some(rate_and_state::swing(run, loads)?[1]);
+        /// That amplitude in theory, to first order.
+        swing_velocity_theory_ratio: f64 = Events |run, _| rate_and_state::swing_theory(run);
     }
 }
 

@@ -1,6 +1,8 @@
 //! Rate-and-state friction of a run: what theory says of steady sliding, of steps and holds of the drive and of
 //! small oscillations (docs/rate-and-state.md), and what loads say of them.
 
+use std::f64::consts::{PI, TAU};
+
 use asperity_model::{Evolution, RateAndState, Stability};
 
 use crate::run_data::{Load, RunEvents};
@@ -36,12 +38,11 @@ pub(crate) fn steady_ratio(run: &RunEvents) -> Option<f64> {
 pub(crate) fn hold_s(run: &RunEvents) -> Option<f64> {
     run.plan.friction.law.rate_and_state()?;
     let drive = &run.scenario.drive;
-    let end_s = run.plan.grid.time_s(last_step(run));
     let knots: Vec<(f64, f64)> =
         drive.course_s.iter().copied().zip(drive.course_m_per_s.iter().copied()).collect();
     let rests = knots.chunk_by(|(_, before), (_, after)| *before == 0.0 && *after == 0.0);
     // What follows the last knot of a rest ends it, as a jump or a ramp.
-    let ends_before = |rest: &&[(f64, f64)]| rest[rest.len() - 1].0 < end_s;
+    let ends_before = |rest: &&[(f64, f64)]| rest[rest.len() - 1].0 < run.plan.grid.time_s(last_step(run));
     let last_s = knots.last().map_or(0.0, |(time_s, _)| *time_s);
     let moves_on = drive.course_m_per_s.last().is_some_and(|m_per_s| *m_per_s > 0.0);
     let is_hold = |rest: &&[(f64, f64)]| rest[0].1 == 0.0 && (moves_on || rest[rest.len() - 1].0 < last_s);
@@ -67,12 +68,11 @@ pub(crate) fn peak_ratio(run: &RunEvents) -> Option<f64> {
 pub(crate) fn ft_fn_at(loads: &[Load], at_s: f64) -> Option<f64> {
     let behind = loads.partition_point(|load| load.time_s < at_s);
     let after = loads.get(behind)?;
-    let before = if after.time_s == at_s { after } else { &loads[behind.checked_sub(1)?] };
-    let share = if after.time_s > before.time_s {
-        (at_s - before.time_s) / (after.time_s - before.time_s)
-    } else {
-        1.0
-    };
+    if after.time_s == at_s {
+        return Some(after.load_ratio());
+    }
+    let before = &loads[behind.checked_sub(1)?];
+    let share = (at_s - before.time_s) / (after.time_s - before.time_s);
     Some(before.load_ratio() + share * (after.load_ratio() - before.load_ratio()))
 }
 
@@ -105,20 +105,14 @@ pub(crate) fn growth(loads: &[Load]) -> Option<f64> {
         }
     }
     let swings: Vec<f64> = turns.windows(2).map(|ends| (ends[1] - ends[0]).abs()).collect();
-    let (first, last) = (swings.first()?, swings.last()?);
-    let count = (swings.len() > 1).then(|| (swings.len() - 1) as f64)?;
-    Some((last / first).ln() / (std::f64::consts::PI * count))
+    let [first, .., last] = &swings[..] else { return None };
+    Some((last / first).ln() / (PI * (swings.len() - 1) as f64))
 }
 
 /// Growth per radian of small oscillations about steady sliding, in theory: the real part over the imaginary part of the
 /// pair of roots of the cubic of [`RateAndState::cubic`], for a slider of one block; none if they are real.
 pub(crate) fn growth_theory(run: &RunEvents) -> Option<f64> {
-    let (law, b) = law(run).filter(|_| run.plan.blocks == 1)?;
-    let (load_n, kappa) = (run.plan.total_normal_load_n, drive_n_per_m(run));
-    let velocity_m_per_s = run.plan.drive.velocity_m_per_s;
-    let mass_kg = if law.inertia { run.plan.block_mass_kg } else { 0.0 };
-    let [_, square, linear, constant] =
-        law.cubic(velocity_m_per_s, kappa, load_n, b, mass_kg, law.radiation_kg_per_s);
+    let [mass_kg, square, linear, constant] = cubic(run)?;
     // Of the pair, half its sum and its product. The third root is far to the left, where this iteration converges
     // to it; from it and the coefficients without difference of large numbers (Vieta).
     let (half_sum, product) = if mass_kg > 0.0 {
@@ -133,6 +127,38 @@ pub(crate) fn growth_theory(run: &RunEvents) -> Option<f64> {
     };
     let imaginary_squared = product - half_sum * half_sum;
     (imaginary_squared > 0.0).then(|| half_sum / imaginary_squared.sqrt())
+}
+
+/// The coefficients of [`RateAndState::cubic`], for a slider of one block that slides steadily.
+fn cubic(run: &RunEvents) -> Option<[f64; 4]> {
+    let (law, b) = law(run).filter(|_| run.plan.blocks == 1)?;
+    let mass_kg = if law.inertia { run.plan.block_mass_kg } else { 0.0 };
+    let (v, load_n) = (run.plan.drive.velocity_m_per_s, run.plan.total_normal_load_n);
+    Some(law.cubic(v, drive_n_per_m(run), load_n, b, mass_kg, law.radiation_kg_per_s))
+}
+
+/// Of the velocity of one block in the last period of a swing of the prestress, by `V - V_l = -F_T' / K`: amplitude over
+/// `V_l`, and phase of its cosine, rad, where the force is a sine. None unless records are evenly apart in whole parts of the period, as sums are exact then.
+pub(crate) fn swing(run: &RunEvents, loads: &[Load]) -> Option<[f64; 2]> {
+    let swing = run.plan.swing.filter(|_| run.plan.blocks == 1)?;
+    let (end, period) = (loads.last()?.step, run.plan.grid.nearest_step(swing.period_s));
+    let last = &loads[loads.partition_point(|load| load.step + period <= end)..];
+    let is_even = |two: &[Load]| (two[1].step - two[0].step) * last.len() as u64 == period;
+    let sum = |n: usize| last.iter().map(|load| load.driving_force_n * swing.at(load.time_s)[n]).sum::<f64>();
+    let (sine, cosine) = (TAU / swing.period_s * sum(0), sum(1));
+    let full = 0.5 * last.len() as f64 * (drive_n_per_m(run) * run.plan.drive.velocity_m_per_s) * swing.ratio;
+    let found = [sine.hypot(cosine) / full.abs(), libm::atan2(-cosine, -sine)];
+    (last.len() > 2 && last.windows(2).all(is_even)).then_some(found)
+}
+
+/// That amplitude in theory, to first order: `V = i w Q / (K + i w Z)`, `Z = i w m + (p / V_l) (a - b / (1 + i w D_c / V_l))
+/// + E`; the cubic at `i w` is `(K + i w Z) (i w + V_l / D_c)`.
+pub(crate) fn swing_theory(run: &RunEvents) -> Option<f64> {
+    let (swing, [cube, square, linear, constant]) = (run.plan.swing?, cubic(run)?);
+    let (per_s, v) = (TAU / swing.period_s, run.plan.drive.velocity_m_per_s);
+    let cubic = (constant - square * per_s.powi(2)).hypot(per_s * (linear - cube * per_s.powi(2)));
+    let force_n = swing.ratio.abs() * run.plan.total_normal_load_n;
+    Some(per_s * force_n * per_s.hypot(v / law(run)?.0.critical_slip_m) / (cubic * v))
 }
 
 #[cfg(test)]
@@ -224,6 +250,32 @@ mod tests {
         // A stop after the end of the run is none.
         let run = slider("drive.velocity_m_per_s = 1e-5\ntime.duration_s = 7\ndrive.hold_from_s = 9");
         close(number("steady_friction_theory_ratio", &run, None), 0.6);
+    }
+
+    /// Numbers of the design of swings; a velocity in closed form gives back its amplitude and phase.
+    #[test]
+    fn swings_of_the_velocity_are_those_of_the_force_of_the_spring() {
+        let mut run = slider(
+            "friction.direct_effect = 0.015\nfriction.evolution_effect = 0.010\nfriction.inertia = false\n\
+             friction.radiation_kg_per_s = 1\ndrive.velocity_m_per_s = 1e-5\nprestress.swing_ratio = 1.5e-5\n\
+             prestress.swing_period_s = 10\nprestress.swing_from_s = 1",
+        );
+        run.plan.total_normal_load_n = 5e6;
+        run.plan.drive.springs[0].stiffness_n_per_m = 2e9;
+        let theory = number("swing_velocity_theory_ratio", &run, None).unwrap();
+        assert!((theory / 1.863669e-3 - 1.0).abs() < 1e-6, "{theory}");
+        let per_s = 0.2 * std::f64::consts::PI;
+        let force = |time_s: f64| 3e6 - 2e4 * 1.9e-3 / per_s * (per_s * (time_s - 1.0) - 1.3).sin();
+        let of = |time_s: f64| (time_s, force(time_s) / 100.0);
+        run.loads = with_loads((0..=400).map(|n| of(f64::from(n) * 0.05))).loads;
+        let found = ["swing_velocity_ratio", "swing_phase_rad"].map(|name| number(name, &run, None).unwrap());
+        assert!((found[0] / 1.9e-3 - 1.0).abs() < 1e-9 && (found[1] + 1.3).abs() < 1e-9, "{found:?}");
+        run.loads.remove(390);
+        assert_eq!(number("swing_velocity_ratio", &run, None), None, "not evenly apart");
+        run.plan.swing = None;
+        for name in ["swing_velocity_ratio", "swing_phase_rad", "swing_velocity_theory_ratio"] {
+            assert_eq!(number(name, &run, None), None, "{name}");
+        }
     }
 
     /// It has neither `mu_s` nor `mu_d`, and nothing decays along a chain without friction springs.

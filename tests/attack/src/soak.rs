@@ -17,13 +17,14 @@ use crate::tally::say;
 use crate::verdict::Verdict;
 
 /// Bodies and laws, with a duration in which something slips.
-const SCENARIOS: [(&str, f64); 19] = [
+const SCENARIOS: [(&str, f64); 20] = [
     ("default", 0.5),
     ("ten-blocks", 0.5),
     ("scattered-friction", 0.4),
     ("ageing-contacts", 0.4),
     ("rigid-contacts", 0.3),
     ("velocity-weakening", 3.0),
+    ("slip-weakening", 0.01),
     ("carlson-langer", 3.0),
     ("top-driven", 0.4),
     ("left-right-driven", 0.4),

@@ -16,7 +16,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state, with their overrides.
-const SCENARIOS: [(&[&str], &[&str]); 4] = [
+const SCENARIOS: [(&[&str], &[&str]); 5] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     (&["default"], &["time.duration_s=2"]),
     // A hold whose step is not known in advance, and every step taken.
@@ -44,6 +44,22 @@ const SCENARIOS: [(&[&str], &[&str]); 4] = [
             "prestress.swing_period_s=0.2",
         ],
         &["slider.blocks=100", "slider.length_m=1", "time.duration_s=1.5", "recording.sample_s=1e-3"],
+    ),
+    // Friction that falls over a slip, which blocks remember.
+    (
+        &[
+            "rigid-contacts",
+            "--set",
+            "friction.weakening_slip_m=1e-7",
+            "--set",
+            "friction.slip_memory_s=1e-3",
+        ],
+        &[
+            "time.duration_s=0.5",
+            "time.step_s=1e-7",
+            "drive.velocity_m_per_s=1e-3",
+            "recording.sample_s=5e-5",
+        ],
     ),
     // A force from outside on every block.
     (&["default"], &["time.duration_s=1.2", "prestress.ratio=0.1", "prestress.first_block_ratio=0.05"]),

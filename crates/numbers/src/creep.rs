@@ -63,7 +63,11 @@ pub(crate) fn over_critical(run: &RunEvents) -> Option<f64> {
 }
 
 /// `w` by the load over normal load `of` a block, by default the middle one.
-pub(crate) fn detachment(run: &RunEvents, block: Option<f64>, of: impl Fn(u32) -> Option<f64>) -> Option<f64> {
+pub(crate) fn detachment(
+    run: &RunEvents,
+    block: Option<f64>,
+    of: impl Fn(u32) -> Option<f64>,
+) -> Option<f64> {
     let (friction, blocks) = (&run.plan.friction, run.plan.blocks as f64);
     let n = block.unwrap_or((blocks / 2.0).round()).clamp(1.0, blocks);
     let fall = friction.static_coefficient - friction.dynamic_coefficient;

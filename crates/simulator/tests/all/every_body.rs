@@ -205,7 +205,7 @@ fn a_run_that_is_resumed_is_the_run() {
 }
 
 /// Runs of every law and solver, and of every part of their states.
-const RESUMED: [(SolverKind, &str, [Sets; 2]); 19] = [
+const RESUMED: [(SolverKind, &str, [Sets; 2]); 21] = [
     (FAST, "default", [&["time.duration_s=0.15"], &[]]),
     // Long chains: waves, windows of most lengths, and no windows for long steps.
     (FAST, "default", [&["slider.blocks=600", "time.duration_s=0.02", "recording.sample_s=1e-5"], &[]]),
@@ -285,6 +285,20 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 19] = [
                 "normal_load.schedule_s=[0.08,0.12,0.15,0.2]",
                 "normal_load.schedule_n=[400,250,250,100]",
             ],
+        ],
+    ),
+    // Friction that falls over a slip, which blocks remember; contacts with springs on a slab.
+    (
+        FAST,
+        "default",
+        [SHORT, &["friction.law=rigid", "friction.weakening_slip_m=1e-7", "friction.slip_memory_s=2e-3"]],
+    ),
+    (
+        FAST,
+        "slab",
+        [
+            &["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.1"],
+            &["drive.velocity_m_per_s=2e-3", "friction.weakening_slip_m=3e-6"],
         ],
     ),
     (

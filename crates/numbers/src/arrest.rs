@@ -30,8 +30,8 @@ impl Arrest {
     /// end.
     pub(crate) fn of(run: &RunEvents) -> Option<Arrest> {
         let changes = run.plan.friction.weakening_slip_m.windows(2).rposition(|slip| slip[0] != slip[1]);
-        let of_prestress = || Some(*run.scenario.prestress.from_blocks.last()? as usize - 1);
-        let at = changes.map(|before| before + 1).or_else(of_prestress)?;
+        let of_prestress = run.scenario.prestress.from_blocks.last();
+        let at = changes.map(|before| before + 1).or(of_prestress.map(|block| *block as usize - 1))?;
         let last =
             run.switches.iter().rposition(Option::is_some).filter(|last| last + 1 < run.plan.blocks)?;
         if run.switches.iter().flatten().any(|[_, switched]| switched.direction == Direction::Detach) {
@@ -75,27 +75,24 @@ impl Arrest {
     /// `d` behind the barrier over the largest to which a pulse goes on, `tau^2 / gamma`; of a crack over `(n tau)^2`,
     /// which is `1 / s^2` of [`weakening`](asperity_model::theory::weakening).
     pub(crate) fn toughness(&self) -> Option<f64> {
-        let (d, Front { prestress: tau, top_stiffness: gamma, .. }) = (self.tough()?, self.front);
-        Some(if gamma > 0.0 { gamma * d / (tau * tau) } else { d / (self.loaded() * tau).powi(2) })
+        let ([d, n], tau, gamma) = (self.tough()?, self.front.prestress, self.front.top_stiffness);
+        Some(if gamma > 0.0 { gamma * d / (tau * tau) } else { d / (n * tau).powi(2) })
     }
 
     /// The blocks of a crack behind a barrier of fracture energy, in theory.
     pub(crate) fn of_tough_crack(&self) -> Option<f64> {
-        let d = self.tough().filter(|_| self.front.top_stiffness == 0.0)?;
+        let [d, n] = self.tough().filter(|_| self.front.top_stiffness == 0.0)?;
         let beginning = if self.is_stuck { Beginning::Stuck } else { Beginning::Free };
-        beginning.blocks_behind_barrier(self.front.prestress, self.loaded() as u32, d)
+        beginning.blocks_behind_barrier(self.front.prestress, n as u32, d)
     }
 
-    /// The blocks before the barrier that slide.
-    fn loaded(&self) -> f64 {
-        self.before - f64::from(u8::from(self.is_stuck))
-    }
-
-    /// `d` behind a barrier of fracture energy alone: before it friction falls at once, under the same `tau` above 0.
-    fn tough(&self) -> Option<f64> {
-        let differs = (self.front.prestress - self.behind.prestress).abs() > 1e-9;
-        let is_tough = self.front.prestress > 0.0 && self.front.weakening_slip == 0.0 && !differs;
-        Some(self.behind.weakening_slip).filter(|d| is_tough && *d > 0.0)
+    /// `d` behind a barrier of fracture energy alone, and the blocks that slide before it: there friction falls at once,
+    /// under the same `tau` above 0.
+    fn tough(&self) -> Option<[f64; 2]> {
+        let is_even =
+            Front { weakening_slip: 0.0, ..self.behind } == self.front && self.front.prestress > 0.0;
+        let n = if self.is_stuck { self.before - 1.0 } else { self.before };
+        (is_even && self.behind.weakening_slip > 0.0).then_some([self.behind.weakening_slip, n])
     }
 
     /// Whether the prestress drives the front before the barrier, and stops it behind.

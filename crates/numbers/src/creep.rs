@@ -1,5 +1,6 @@
 //! The progress of the creep front, and what it needs where friction weakens slowly with slip.
 
+use asperity_model::theory::analytic::LengthLaw;
 use asperity_model::theory::weakening::{Beginning, Weakening, creep_load_ratio};
 use asperity_record::Contacts;
 
@@ -57,28 +58,18 @@ pub(crate) fn over_critical(run: &RunEvents) -> Option<f64> {
     let stuck: Vec<u32> = run.scenario.friction.stuck_blocks.iter().map(|block| *block as u32).collect();
     let from = (1..).find(|block| !stuck.contains(block))?;
     let blocks = stuck.iter().find(|block| **block > from)? - from;
-    let beginning = if from == 1 { Beginning::Free } else { Beginning::Stuck };
-    let gamma = crate::fronts::theory(run)?.top_stiffness;
-    Some(Weakening::of(&run.plan)?.weakening_slip_ratio / beginning.critical_slip(blocks, gamma))
+    let beginning = if from > 1 { Beginning::Stuck } else { Beginning::Free };
+    let critical = beginning.critical_slip(blocks, crate::fronts::theory(run)?.top_stiffness);
+    Some(Weakening::of(&run.plan)?.weakening_slip_ratio / critical)
 }
 
-/// `w` by the load over normal load `of` a block, by default the middle one.
-pub(crate) fn detachment(
-    run: &RunEvents,
-    block: Option<f64>,
-    of: impl Fn(u32) -> Option<f64>,
-) -> Option<f64> {
-    let (friction, blocks) = (&run.plan.friction, run.plan.blocks as f64);
-    let n = block.unwrap_or((blocks / 2.0).round()).clamp(1.0, blocks);
-    let fall = friction.static_coefficient - friction.dynamic_coefficient;
-    Some((blocks * of(n as u32)? - friction.dynamic_coefficient * (n - 1.0)) / fall)
-}
-
-/// The load over normal load at which a crack that follows the drive reaches a block.
-pub(crate) fn load_theory(run: &RunEvents, block: u32) -> Option<f64> {
+/// The load over normal load at which a crack that follows a side drive reaches the middle block.
+pub(crate) fn load_theory(run: &RunEvents) -> Option<f64> {
     let (friction, d) = (&run.plan.friction, Weakening::of(&run.plan)?.weakening_slip_ratio);
     let coefficients = [friction.static_coefficient, friction.dynamic_coefficient];
-    Some(creep_load_ratio(block, run.plan.blocks as u32, coefficients, d))
+    let is_known =
+        LengthLaw::is_for(&run.scenario) && run.scenario.drive.kind == asperity_model::DriveKind::Side;
+    is_known.then(|| creep_load_ratio(run.header.blocks / 2, run.header.blocks, coefficients, d))
 }
 
 #[cfg(test)]

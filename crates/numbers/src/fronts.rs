@@ -247,10 +247,9 @@ pub fn unit_m(run: &RunEvents) -> Option<f64> {
 /// Speed of the front over the wave speed, in theory: of a steady one, or where friction falls over a slip without
 /// prestress and losses, of one that the force on block 1 pulls.
 pub fn speed_theory(run: &RunEvents) -> Option<f64> {
-    let front = theory(run)?;
-    let &Front { prestress, weakening_slip: d, .. } = &front;
-    let losses = front.relative_damping + front.relative_radiation + front.top_stiffness;
-    if d > 0.0 && prestress.abs() < 1e-9 && losses == 0.0 {
+    let (front, d) = (theory(run)?, theory(run)?.weakening_slip);
+    let is_pulled = Front { prestress: 0.0, weakening_slip: 0.0, ..front } == Front::default();
+    if is_pulled && d > 0.0 && front.prestress.abs() < 1e-9 {
         return pulled_speed(relative_prestress(&run.plan, 0)?, d);
     }
     front.speed_over_c()

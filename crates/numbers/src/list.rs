@@ -345,23 +345,15 @@ numbers! {
         /// `behind_barrier_blocks` of a crack behind such a barrier, in theory, without damping, for `tau` far below 1.
         behind_barrier_blocks_theory: f64 [unit = "1"] =
             Events |run, _| Arrest::of(run.of_chain()?)?.of_tough_crack();
-        /// Deviation of `behind_barrier_blocks` from that theory, over the theory.
-        behind_barrier_error_ratio: f64 = Events |run, _| {
-            let arrest = Arrest::of(run.of_chain()?)?;
-            Some((arrest.blocks / arrest.of_tough_crack()? - 1.0).abs())
-        };
         /// `d` over that below which slip of the first blocks beside a stuck one runs away.
         weakening_slip_over_critical_ratio: f64 = Events |run, _| creep::over_critical(run.of_chain()?);
-        /// `w` in `F_T / F_N = [mu_d (n - 1) + (mu_s - mu_d) w] / N` of a side-driven chain when block `n` first detaches,
-        /// by default the middle one.
-        detachment_weakening_ratio: f64 =
-            Loads |run, loads, near| creep::detachment(run.of_chain()?, near, |n| {
-                let step = run.switches[n as usize - 1]?[0].step;
-                rate_and_state::ft_fn_at(loads, run.plan.grid.time_s(step))
-            });
-        /// The same of a crack that follows the drive, where friction weakens too slowly for jumps.
-        detachment_weakening_theory_ratio: f64 =
-            Events |run, near| creep::detachment(run.of_chain()?, near, |n| creep::load_theory(run, n));
+        /// `F_T / F_N` when the block in the middle first detaches.
+        detachment_ft_fn: f64 [unit = "1"] = Loads |run, loads, _| {
+            let [first, _] = run.switches.get((run.header.blocks as usize / 2).checked_sub(1)?)?.as_ref()?;
+            rate_and_state::ft_fn_at(loads, run.plan.grid.time_s(first.step))
+        };
+        /// The same in theory, of a crack that follows a side drive, where friction weakens too slowly for jumps.
+        detachment_theory_ratio: f64 = Events |run, _| creep::load_theory(run.of_chain()?);
         /// Time from the first to the last arrival of the front from block 1, over `sqrt(m / k)`; none
         /// if a block still slides at the end, unless it reached all or the next one is stuck.
         first_front_duration_ratio: f64 = Events |run, _| arrest::front_duration(run.of_one_row()?);

@@ -203,6 +203,33 @@ mod tests {
         assert_eq!(number("behind_barrier_blocks", &weaker, None), Some(4.0));
     }
 
+    /// The same with `d = 3.3` behind five blocks, and even prestress: `gamma d / tau^2`, and `d / (n tau)^2` without a drive.
+    #[test]
+    fn barriers_of_fracture_energy_begin_where_the_slip_changes() {
+        let offsets =
+            "friction.weakening_slip_offsets_m = [0, 0, 0, 0, 0, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6]";
+        let mut run = pulse(9, &format!("slider.relative_damping = 0\nprestress.ratio = 0.6\n{offsets}"));
+        let near = |run: &RunData, name: &str, expected: f64| {
+            let found = number(&format!("behind_barrier_{name}"), run, None).expect(name);
+            assert!((found - expected).abs() < 1e-9, "{name}: {found}, not {expected}");
+        };
+        near(&run, "blocks", 4.0);
+        near(&run, "pulse_ratio", 4.0 * 0.5f64.sqrt());
+        near(&run, "fracture_ratio", 0.5 * 3.3 / 0.36);
+        run.run.plan.drive.springs.clear();
+        near(&run, "fracture_ratio", 3.3 / 9.0);
+        assert_eq!(
+            number("behind_barrier_blocks_theory", &run, None),
+            None,
+            "a free end, and it does not stop at once"
+        );
+        run.run.scenario.friction.stuck_blocks = vec![1.0];
+        near(&run, "fracture_ratio", 3.3 / (4.0 * 0.6f64).powi(2));
+        let s = 2.4 / 3.3f64.sqrt();
+        let crack = asperity_model::theory::weakening::arrest_length(s).expect("it stops");
+        near(&run, "blocks_theory", (crack / 0.6 + 0.5 * std::f64::consts::PI) * 3.3f64.sqrt());
+    }
+
     /// A run that ends too soon has no length, and its front no duration unless a stuck block is next.
     #[test]
     fn a_front_that_still_runs_has_not_stopped() {

@@ -123,9 +123,8 @@ impl Front {
         if !plan.has_theory() || plan.has_contact_courses() {
             return None;
         }
-        let held = plan.drive.stiffness_n_per_m(plan.blocks);
+        let (held, law) = (plan.drive.stiffness_n_per_m(plan.blocks), plan.friction.law);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
-        let law = plan.friction.law;
         // On the whole the fall has the slope 1, and a steeper piece if it has several.
         let is_linear = law.weakening().is_some_and(|fall| fall.steepest() == 1.0);
         let plain_friction = law.holds() && (law.affine().is_some() || is_linear);

@@ -111,9 +111,6 @@ fn remark(summary: &Summary, key: &Key) -> String {
         "radiated_j" if summary.radiated_j.is_none() && summary.drive_work_j.is_some() => {
             ", no radiation damping".to_owned()
         }
-        "fracture_energy_j" if summary.fracture_energy_j.is_none() && summary.drive_work_j.is_some() => {
-            ", no weakening by slip".to_owned()
-        }
         "front_speed_m_per_s" if summary.front_speed_m_per_s.is_some() => ", median of all fronts".to_owned(),
         _ => String::new(),
     }

@@ -413,7 +413,7 @@ fn end(status: RunStatus, last_step: u64, counts: &[(&str, u64)]) -> RunEnd {
 /// A summary in which every key has a value.
 fn full() -> Summary {
     let mut run = summarizer();
-    let energy = Energy { radiated_j: Some(0.5), ..Energy::default() };
+    let energy = Energy { radiated_j: Some(0.5), fracture_energy_j: Some(0.25), ..Energy::default() };
     run.step(&StepRecord { energy, ..detach(99, &[1]) });
     run.step(&StepRecord { energy, ..quiet_step(9_999, 9.999, 0.4) });
     run.slip_event(&SlipEvent { peak_velocity_m_per_s: Some(0.5), ..slip(0, 100, Some(600), 10) });

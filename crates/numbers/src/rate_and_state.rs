@@ -253,7 +253,7 @@ mod tests {
         close(number("steady_friction_theory_ratio", &run, None), 0.6);
     }
 
-    /// Numbers of the design of swings; a velocity in closed form gives back its amplitude and phase.
+    /// A number of an independent program; a velocity in closed form gives back its amplitude and phase.
     #[test]
     fn swings_of_the_velocity_are_those_of_the_force_of_the_spring() {
         let mut run = slider(

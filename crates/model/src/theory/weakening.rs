@@ -310,7 +310,7 @@ mod tests {
         near(slip.duration_s, 7.491_840e-4, 5e-11);
         near(slip.end_n / 400.0, 0.210_132_65, 5e-9);
         near(slip.fracture_j, 5e-4, 1e-18);
-        // The oracle: 74,918 steps of 10 ns.
+        // By an independent program: 74,918 steps of 10 ns.
         near(slip.duration_s / 1e-8, 74_918.0, 1.0);
         // As D_c vanishes, 2 (mu_s - mu_d) F_N / K; from k_w = K on the block follows the drive.
         near(OneBlock { weakening_slip_m: 1e-12, ..block }.slip().unwrap().slip_m, 2.5e-4, 2e-7);

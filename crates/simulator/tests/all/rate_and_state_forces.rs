@@ -178,7 +178,7 @@ fn a_pulse_of_a_force_moves_onsets_as_by_another_program() {
 }
 
 /// The response of steady sliding to a small swing: `V = i w Q / (K + i w Z)`,
-/// `Z = (p / V_l) (a - b / (1 + i w D_c / V_l)) + E`; amplitude and phase from the design of swings.
+/// `Z = (p / V_l) (a - b / (1 + i w D_c / V_l)) + E`; amplitude and phase by an independent program.
 #[test]
 fn a_swing_of_the_force_swings_the_velocity_in_closed_form() {
     let sets = [

@@ -385,12 +385,9 @@ impl Summary {
         all
     }
 
-    /// The keys to show, with their values: of a run all, but fracture energy only where there is any; of a recording
-    /// those that it determines.
+    /// The keys to show, with their values: of a run all, of a recording those that it determines.
     pub fn shown(&self) -> Vec<(&'static Key, Value)> {
-        let is_there =
-            |(key, value): &(&Key, Value)| key.column.name != "fracture_energy_j" || !value.is_null();
-        let all = Summary::KEYS.iter().zip(self.values()).filter(is_there);
+        let all = Summary::KEYS.iter().zip(self.values());
         let Some(of_recording) = &self.of_recording else { return all.collect() };
         let lacked = if self.rupture_count.is_none() { &LACKED[..] } else { &LACKED[..1] };
         let is_shown = |(Key { group, .. }, value): &(&Key, Value)| {

@@ -15,7 +15,9 @@ const NOTHING: &str = "-";
 /// Formats one summary: a line per key, under headings; with other words for its parameter set, if given. Numbers of a
 /// recording have no marks.
 pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
-    let shown = summary.shown();
+    let mut shown = summary.shown();
+    // Few runs have fracture energy.
+    shown.retain(|(key, value)| key.column.name != "fracture_energy_j" || !value.is_null());
     let lines: Vec<(String, String)> = shown
         .iter()
         .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {

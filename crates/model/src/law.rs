@@ -10,7 +10,7 @@
 //! A stuck contact either does not move ([`ContactLaw::HOLDS`]) or is pulled by a friction spring
 //! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force, or that of its friction
 //! spring ([`ContactLaw::DETACHES_BY_SPRING`]), reaches its strength,
-//! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding
+//! `mu_s p`, which may grow while it sticks, or what its law makes of that ([`ContactLaw::strength_n`]). A sliding
 //! contact feels [`ContactLaw::drag_n`], until [`ContactLaw::re_attaches`]. A law may remember numbers of
 //! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
 //! heat, but for what it radiates ([`ContactLaw::radiation_kg_per_s`]); energy is stored in friction springs

@@ -21,7 +21,6 @@ pub struct AdaptiveState {
     /// Where the step begins, s.
     pub time_s: Sum,
     /// How many accepted steps end up to there, from the start of the first run in a chain of them.
-    #[serde(default)]
     pub accepted_steps: u64,
     /// Its length; 0 before the first one.
     pub step_s: f64,

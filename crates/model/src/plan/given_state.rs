@@ -7,7 +7,6 @@ use asperity_record::TimeGrid;
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Plan;
-use crate::plan::adaptive_state::ENERGIES;
 use crate::plan::ledger::Ledger;
 use crate::plan::state::SliderState;
 use crate::scenario::Scenario;
@@ -194,12 +193,8 @@ impl GivenState {
         }
         // Energies are counted from here; an open span stays open.
         slider.energy = Ledger { span: slider.energy.span, ..Ledger::default() };
-        if let Some(adaptive) = &mut slider.adaptive
-            && adaptive.unknowns.len() >= 3 * plan.blocks
-        {
-            // Older states have fewer energies.
-            adaptive.unknowns.truncate(3 * plan.blocks);
-            adaptive.unknowns.resize(3 * plan.blocks + ENERGIES, 0.0);
+        if let Some(adaptive) = &mut slider.adaptive {
+            adaptive.unknowns.iter_mut().skip(3 * plan.blocks).for_each(|energy_j| *energy_j = 0.0);
         }
         plan.initial = slider;
         if motion == scenario.motion_hash() {

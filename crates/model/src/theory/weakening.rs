@@ -193,11 +193,10 @@ impl OneBlock {
 pub fn weakening_n_per_m(plan: &Plan, block: usize) -> f64 {
     let (friction, of_load) = (&plan.friction, plan.load_course.largest());
     let of_contact = plan.contact_load_course.as_ref().map_or(1.0, |course| course.largest(block));
-    let Some(fall) =
-        friction.law.weakening().filter(|_| friction.static_coefficients[block] < STUCK_COEFFICIENT)
-    else {
-        return if friction.law.weakening().is_some() { 0.0 } else { f64::INFINITY };
-    };
+    let Some(fall) = friction.law.weakening() else { return f64::INFINITY };
+    if friction.static_coefficients[block] >= STUCK_COEFFICIENT {
+        return 0.0;
+    }
     let fall_n = friction.static_threshold_n[block] - friction.dynamic_friction_n[block];
     of_load * of_contact * fall.steepest() * fall_n / friction.weakening_slip_m[block]
 }

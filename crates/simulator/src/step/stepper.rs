@@ -8,7 +8,8 @@
 //!    pull of its bonds and dashpots ([`asperity_model::body::lattice`]); with the drive at the new time, the
 //!    nodes at their old positions, the bonds at the ends of a chain and the constant prestress if any;
 //! 2. friction, by the contact's law: the spring of a stuck contact pulls with
-//!    `-k_t (u_n - u_stick,n)` (5.12), a sliding one resists with `-mu_d p_n sign(v_n)` (5.14);
+//!    `-k_t (u_n - u_stick,n)` (5.12), a sliding one resists with `-mu_d p_n sign(v_n)` (5.14),
+//!    or more as it weakens by slip;
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
 //! 4. switches, in force from the next step: a stuck contact detaches at `|tau_n| >= mu_s p_n` (5.13), or
 //!    where the law says so at `k_t |u_n - u_stick,n| >= mu_s p_n`, with the old position; a

@@ -38,6 +38,7 @@ pub mod scenario;
 pub mod theory;
 
 pub use body::lattice::Lattice;
+pub use body::medium::{FirstNode, Medium, MediumKind};
 pub use body::node_state::NodeState;
 pub use law::junctions::Junctions;
 pub use law::laws::Law;

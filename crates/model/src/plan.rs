@@ -16,6 +16,7 @@ pub mod state;
 
 use crate::body::ends::EndBond;
 use crate::body::lattice::Lattice;
+use crate::body::medium::Medium;
 use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course, Swing};
 use crate::plan::given_state::GivenStart;
@@ -37,6 +38,8 @@ pub struct Plan {
     pub elastic: Lattice,
     /// What joins the ends of a chain to a wall or to each other, by end; empty for free ends.
     pub end_bonds: Vec<EndBond>,
+    /// The medium whose stress joins the blocks instead of bonds, with the friction of each.
+    pub medium: Option<Box<Medium>>,
     /// The friction law's numbers.
     pub friction: Friction,
     /// Total normal load `F_N` at the start.

@@ -106,6 +106,7 @@ impl Plan {
             block_mass_kg: springs.block_mass_kg,
             elastic: springs.elastic,
             end_bonds,
+            medium: None,
             friction: Friction {
                 law,
                 static_coefficient: mean_mu_s,

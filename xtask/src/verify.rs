@@ -25,7 +25,7 @@ see the switch some steps apart. In each such near tie the plain solver must
 have the block within rounding of its switch, and fixtures/near-ties lists it.
 
 A run by rate-and-state friction is compared with itself at a hundredth of
-time.tolerance, which must be 1e-10 or above (docs/rate-and-state.md).")]
+time.tolerance, which must be 1e-10 or above (docs/contacts.md).")]
 pub(crate) struct VerifyArguments {
     /// Only this reading of the thesis.
     #[arg(long, value_name = "SET", value_parser = SETS)]

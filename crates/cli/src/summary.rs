@@ -179,7 +179,7 @@ fn notes(summary: &Summary) -> Vec<String> {
             _ => String::new(),
         };
         notes.push(format!(
-            "{} of its {} involve only contacts without load, which rub on nothing{in_air} (docs/slab.md)",
+            "{} of its {} involve only contacts without load, which rub on nothing{in_air} (docs/bodies.md)",
             summary.unloaded_event_count,
             counted(summary.event_count, "slip event")
         ));

@@ -1,4 +1,4 @@
-//! What theory says of the junctions of a run: the closed forms of docs/junctions.md with its numbers.
+//! What theory says of the junctions of a run: the closed forms of docs/contacts.md with its numbers.
 
 use asperity_model::Plan;
 

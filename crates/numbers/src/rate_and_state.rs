@@ -1,5 +1,5 @@
 //! Rate-and-state friction of a run: what theory says of steady sliding, of steps and holds of the drive and of
-//! small oscillations (docs/rate-and-state.md), and what loads say of them.
+//! small oscillations (docs/contacts.md), and what loads say of them.
 
 use std::f64::consts::{PI, TAU};
 

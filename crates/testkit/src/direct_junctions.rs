@@ -1,4 +1,4 @@
-//! The law of junctions as docs/junctions.md states it: applied to every junction in every step, by one contact
+//! The law of junctions as docs/contacts.md states it: applied to every junction in every step, by one contact
 //! and by a chain. It is what faster programs are compared with.
 
 use asperity_model::{Junctions, Plan};

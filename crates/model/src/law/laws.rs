@@ -274,6 +274,6 @@ laws! {
     InterfacialSprings in springs: "interfacial-springs", "Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)";
     Rigid in rigid: "rigid", "without it (2.7): a stuck block does not move";
     VelocityWeakening in velocity_weakening: "velocity-weakening", "rigid with sliding friction that falls with velocity (Burridge and Knopoff, 2.4)";
-    Junctions in junctions: "junctions", "many junctions that break one by one and heal after a random time (docs/junctions.md)";
-    RateAndState in rate_and_state: "rate-and-state", "friction that depends on velocity and state (docs/rate-and-state.md): nothing sticks";
+    Junctions in junctions: "junctions", "many junctions that break one by one and heal after a random time (docs/contacts.md)";
+    RateAndState in rate_and_state: "rate-and-state", "friction that depends on velocity and state (docs/contacts.md): nothing sticks";
 }

@@ -1,4 +1,4 @@
-//! The state of contacts of many junctions ([`crate::law::junctions`], docs/junctions.md).
+//! The state of contacts of many junctions ([`crate::law::junctions`], docs/contacts.md).
 
 use asperity_record::JunctionTotals;
 use serde::{Deserialize, Serialize};

@@ -288,7 +288,7 @@ fn no_weakening(scenario: &Scenario, plan: &Plan) -> Option<String> {
         format!(
             "friction.dynamic_coefficient = {mu_d} is not below half of friction.static_coefficient = {mu_s}: the \
              friction of junctions then does not fall with velocity, from mu_s / 2 to mu_d, so contacts do not \
-             stick and slip (docs/junctions.md)"
+             stick and slip (docs/contacts.md)"
         )
     })
 }
@@ -333,7 +333,7 @@ fn healing_times(scenario: &Scenario, plan: &Plan) -> Option<String> {
     };
     Some(format!(
         "friction.healing_time_s = {mean_s}: {why} this number, which closed forms and the link time use \
-         (docs/junctions.md)"
+         (docs/contacts.md)"
     ))
 }
 
@@ -344,7 +344,7 @@ fn nucleation_length(scenario: &Scenario, plan: &Plan) -> Option<String> {
         format!(
             "friction.critical_slip_m = {:e}: the nucleation length sqrt(k D_c / (b p)) is {blocks:.2} blocks: below \
              {FEWEST_NUCLEATION_BLOCKS} blocks fail one by one, and the results depend on slider.blocks \
-             (docs/rate-and-state.md)",
+             (docs/contacts.md)",
             scenario.friction.critical_slip_m
         )
     })

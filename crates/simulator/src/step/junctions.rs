@@ -1,4 +1,4 @@
-//! Contacts of many junctions ([`asperity_model::law::junctions`], docs/junctions.md): a step.
+//! Contacts of many junctions ([`asperity_model::law::junctions`], docs/contacts.md): a step.
 //!
 //! A step, everything from the old state unless stated otherwise:
 //!

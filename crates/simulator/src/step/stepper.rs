@@ -17,7 +17,7 @@
 //!    (5.15), with the new position, this step's `tau_n`, and its velocity kept. Under a law without
 //!    friction springs it stays at rest, at its position before the step that would have reversed it.
 //!
-//! Over an area positions, forces and anchors of contacts are vectors (docs/area.md).
+//! Over an area positions, forces and anchors of contacts are vectors (docs/bodies.md).
 //!
 //! For `mu_s p_n` and `mu_d p_n` in a step see [`crate::step::strength`]. A [`Body`] does 1 to 3 for all of its
 //! freedoms at once.

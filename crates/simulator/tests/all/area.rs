@@ -74,7 +74,7 @@ const CASES: [(Base, &[&str]); 12] = [
     (BODY, &["drive.height_m=0.035", "normal_load.total_n=1500", "friction.static_coefficient=0.9"]),
 ];
 
-/// The contacts of docs/area.md.
+/// The contacts of docs/bodies.md.
 struct Contacts {
     tau_n: Vec<[f64; 2]>,
     stick: Vec<[f64; 2]>,

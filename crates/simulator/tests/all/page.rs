@@ -1,4 +1,4 @@
-//! The equations of docs/slab.md and docs/area.md literally, one bond and one contact after the other, beside the plain
+//! The equations of docs/bodies.md literally, one bond and one contact after the other, beside the plain
 //! stepper.
 
 use asperity_model::body::lattice::Bond;

@@ -12,7 +12,7 @@ fn plan(sets: &[&str]) -> Plan {
     asperity_testkit::plan("slab", &[&SMALL_SLAB[..], sets].concat())
 }
 
-/// The contacts of docs/slab.md.
+/// The contacts of docs/bodies.md.
 struct Contacts {
     tau_n: Vec<f64>,
     stick: Vec<f64>,

@@ -1,5 +1,5 @@
 //! Contacts of many junctions that break one by one and heal after a random time (Tromborg et al., Proc.
-//! Natl. Acad. Sci. 111, 8764 (2014)); docs/junctions.md has the law and its sources.
+//! Natl. Acad. Sci. 111, 8764 (2014)); docs/contacts.md has the law and its sources.
 //!
 //! Each of `N_s` junctions is a spring of stiffness `k_n` to an anchor `x_j` and bears `f = p / N_s`. A pinned
 //! one breaks where `k_n |u - x_j| >= mu_s f`. It then slips for a random time: its anchor is dragged so that

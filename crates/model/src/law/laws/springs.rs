@@ -1,6 +1,6 @@
 //! Amontons-Coulomb with interfacial springs (section 5.3): a spring pulls a stuck contact to its anchor, a
 //! sliding one feels `-mu_d p sign(v) - E v` (5.14), or more as it weakens by slip; over an area
-//! `-mu_d p w / |w|` (docs/area.md).
+//! `-mu_d p w / |w|` (docs/bodies.md).
 
 use std::hint::select_unpredictable;
 

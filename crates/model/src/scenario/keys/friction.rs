@@ -66,7 +66,7 @@ section! {
         junction_width: f64 = 0.05; NOT_NEGATIVE, "w";
         /// Of junctions: whether these forces are evenly spread or drawn.
         junction_start: JunctionStart = "even"; Word(JunctionStart::WORDS);
-        /// Of junctions: seed of the slip times and of a drawn start (docs/junctions.md), the same on every machine.
+        /// Of junctions: seed of the slip times and of a drawn start (docs/contacts.md), the same on every machine.
         junction_seed: u32 = 1; Count(0, 4_294_967_295);
         /// Of junctions: a contact slides while at least this share of its junctions slips.
         sliding_share: f64 = 0.5; Number(Excluded(0.0), Included(1.0));
@@ -110,7 +110,7 @@ section! {
         initial_csv: String = ""; Text(LONGEST_NAME_BYTES);
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
         /// where it falls below V_th / 2. Must exceed the speeds of drive and blocks at the start; 0 for 10 times the
-        /// largest speed of the drive, or less in a course with short fast parts (docs/rate-and-state.md). Never changes the
+        /// largest speed of the drive, or less in a course with short fast parts (docs/contacts.md). Never changes the
         /// run, but onsets and durations of events depend on it.
         event_speed_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V_th";
         /// Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w for which a block

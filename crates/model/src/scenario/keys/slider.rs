@@ -45,9 +45,9 @@ section! {
         /// nodes along the sliding direction, and so of contacts in a row, from 2.
         blocks: u32 = 100; Count(1, MOST_BLOCKS), "N";
         /// Rows of contacts across the sliding direction: 1 for a chain or a slab, more for a sheet, or with
-        /// slider.rows above 1 for a body (docs/area.md).
+        /// slider.rows above 1 for a body (docs/bodies.md).
         across: u32 = 1; Count(1, MOST_ROWS), "N_y";
-        /// Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/slab.md) or a body; the
+        /// Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/bodies.md) or a body; the
         /// nodes at the bottom rub.
         rows: u32 = 1; Count(1, MOST_ROWS), "N_z";
         /// Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.

@@ -1,4 +1,4 @@
-//! A lattice in steps ([`asperity_model::body::lattice`], docs/slab.md, docs/area.md): the nodes at its bottom
+//! A lattice in steps ([`asperity_model::body::lattice`], docs/bodies.md): the nodes at its bottom
 //! carry the contacts, which have `D` tangential freedoms.
 //!
 //! Springs and dashpots pull between nodes, `k e (e . (u_j - u_i)) + eta (v_j - v_i)`. Where nodes move

@@ -1,5 +1,5 @@
 //! The contacts against the law applied to every junction in every step, and against closed forms
-//! (docs/junctions.md).
+//! (docs/contacts.md).
 
 use asperity_model::resolve;
 use asperity_model::{JunctionState, Junctions, Plan, SavedJunctions, mixed};

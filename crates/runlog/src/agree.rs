@@ -4,9 +4,9 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
-    Onset, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord,
-    WindowRecord, magnitude,
+    Arrival, Cell, Column, Direction, Energy, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals,
+    LoadDrop, Onset, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord,
+    TraceRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -64,12 +64,12 @@ pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogP
         let what = "ft_fn_error, in a run that is no recording".to_owned();
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    for (name, energy_j, part, has) in [
-        ("radiated_j", message.radiated_j, "radiates", header.radiates),
-        ("fracture_energy_j", message.fracture_energy_j, "weakens", header.weakens),
-    ] {
-        if energy_j.is_some() != has {
-            let what = format!("{name} = {energy_j:?}, in a run with {part} = {has}");
+    for (Column { name, only, .. }, energy_j) in Energy::COLUMNS.iter().zip(message.energy().values()) {
+        if let Some(part) = only.filter(|part| energy_j.is_some() != header.parts().has(*part)) {
+            let what = format!(
+                "{name} = {energy_j:?}, in a run {} {part:?}",
+                if energy_j.is_some() { "without" } else { "with" }
+            );
             return Err(LogProblem::Contradiction { step: message.step, what });
         }
     }
@@ -187,7 +187,7 @@ fn fields(header: &RunHeader, record: &FieldRecord) -> Result<(), LogProblem> {
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let across = if header.parts().area { blocks } else { 0 };
-    let with_state = if header.has_state { blocks } else { 0 };
+    let with_state = if header.flags.state { blocks } else { 0 };
     let lengths = [
         ("displacement_m", record.displacement_m.len(), blocks),
         ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
@@ -392,7 +392,7 @@ fn is_range(first: &Column, last: &Column) -> bool {
 
 /// Checks the largest speed of a step or an event: a number from 0 on in runs with a state, and none in others.
 fn peak(speed: Option<f64>, header: &RunHeader) -> Result<(), String> {
-    let has_state = header.has_state;
+    let has_state = header.flags.state;
     if speed.is_some() != has_state || speed.is_some_and(|speed| speed < 0.0) {
         return Err(format!("peak_velocity_m_per_s = {speed:?}, in a run with has_state = {has_state}"));
     }

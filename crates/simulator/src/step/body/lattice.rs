@@ -329,8 +329,8 @@ impl<const D: usize> Body for LatticeBody<D> {
             kinetic_j,
             elastic_j,
             scheme_work_j: ledger.scheme_work_j.value() - 0.5 * plan.grid.step_s() * ahead_w,
-            radiated_j: None,
             fracture_energy_j: plan.friction.weakens().then(|| ledger.fracture_energy_j.value()),
+            ..Energy::default()
         }
     }
 }

@@ -5,7 +5,7 @@ use mcap::records::MessageHeader;
 
 use asperity_record::{
     Arrival, Cell, Column, Direction, Energy, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals,
-    LoadDrop, Onset, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord,
+    LoadDrop, Onset, Part, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord,
     TraceRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
@@ -66,10 +66,7 @@ pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogP
     }
     for (Column { name, only, .. }, energy_j) in Energy::COLUMNS.iter().zip(message.energy().values()) {
         if let Some(part) = only.filter(|part| energy_j.is_some() != header.parts().has(*part)) {
-            let what = format!(
-                "{name} = {energy_j:?}, in a run {} {part:?}",
-                if energy_j.is_some() { "without" } else { "with" }
-            );
+            let what = misplaced(name, part, energy_j.is_none());
             return Err(LogProblem::Contradiction { step: message.step, what });
         }
     }
@@ -351,10 +348,7 @@ fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), 
         if let Some(part) = column.only
             && (if parts.has(part) { is_empty && column.role == Some(Role::Place) } else { !is_empty })
         {
-            return Err(match is_empty {
-                true => format!("it lacks {name}, in a run with {part:?}"),
-                false => format!("it has {name}, in a run without {part:?}"),
-            });
+            return Err(misplaced(name, part, is_empty));
         }
         let value = match (column.role, cell) {
             (Some(Role::Place), Cell::Count(place)) => u64::from(*place),
@@ -380,6 +374,12 @@ fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), 
         before = Some((column, value));
     }
     Ok(())
+}
+
+/// That a value is missing in a run with the part that has it, or is there in another run.
+fn misplaced(name: &str, part: Part, is_empty: bool) -> String {
+    let [has, with] = if is_empty { ["lacks", "with"] } else { ["has", "without"] };
+    format!("it {has} {name}, in a run {with} {part:?}")
 }
 
 /// Whether two columns, one after the other, are the ends of a range: `first_block` and `last_block`,

@@ -314,6 +314,8 @@ impl Plan {
         let deciding = [
             "friction.law",
             "slider.across",
+            "slider.left_end",
+            "slider.right_end",
             "friction.radiation_kg_per_s",
             "friction.weakening_slip_m",
             "friction.weakening_slip_offsets_m",

@@ -204,7 +204,7 @@ impl Subject {
         fs::write(folder.join(format!("{name}.toml")), pipeline).expect("there is room");
         let reader = RunReader::open(&log, Topics::STEPS).expect("the log is whole");
         let (steps, blocks) = (reader.header().steps, u64::from(reader.header().blocks));
-        let has_state = reader.header().has_state;
+        let has_state = reader.header().flags.state;
         Some(Subject { name, log, is_long: steps * blocks > PLAIN, has_state })
     }
 

@@ -112,6 +112,20 @@ fn tables_of_a_study_are_those_of_its_runs() {
     }
 }
 
+/// Ends may radiate too: the column of this energy was missing where the first run had none.
+#[test]
+fn tables_have_the_energies_of_all_runs() {
+    let study = Study::of(
+        "title = 'Ends'\nscenario = 'first-precursor'\nset = ['time.duration_s=0.1']\nkeep = ['ruptures']\n\
+         [[axis]]\nkey = 'slider.right_end'\nvalues = ['free', 'absorbing']\n",
+    );
+    let out = study.plan("study");
+    succeed(&["sweep", "run", text(&out)]);
+    let has: Vec<bool> =
+        rows(&tables(&out)["ruptures.csv"]).iter().map(|rupture| !rupture["radiated_j"].is_empty()).collect();
+    assert!(has.len() > 1 && !has[0] && has[has.len() - 1], "{has:?}");
+}
+
 #[cfg(target_os = "linux")]
 pub(crate) fn kill(process: u32) {
     // It may be over already.

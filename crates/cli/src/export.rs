@@ -329,7 +329,7 @@ fn vtk(
 
 /// Writes the series of the slider and of its chosen blocks.
 fn seas(log: OpenLog, run: &Path, request: &Request, board: &Board) -> Result<(), Failure> {
-    let scenario = log.scenario().ok().flatten().filter(|_| log.header().has_series).ok_or_else(|| {
+    let scenario = log.scenario().ok().flatten().filter(|_| log.header().flags.series).ok_or_else(|| {
         let accepted = "a run with recording.series_every above 0";
         Failure::BadInput(format!("--to seas: {} has no series (accepted: {accepted})", run.display()))
     })?;

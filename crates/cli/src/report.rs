@@ -22,6 +22,7 @@ use asperity_study::page::{self, CLAIMS, claims_in};
 use asperity_study::pipeline::REPORT as PAGE;
 use asperity_study::relative_link;
 use clap::Args;
+use serde_json::json;
 
 use crate::exit::{self, Code, Failure};
 use crate::outputs::{fits, refused};
@@ -244,7 +245,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let runs = at_once(&places, None, |&place| {
         let (of, log) = (&recorded.runs[place], &logs[place]);
         let (run, ..) = run(&of.name, log, limits, |checked| verdict_exit::must_hold_all(log, checked))?;
-        if run.header != of.run {
+        if of.run != json!(run.header) {
             return Err(Failure::BadInput(format!(
                 "{}: its run is not the run that {RECORD} names (accepted: the log that its tables were \
                  made from; asperity reproduce makes new tables from the present logs)",

@@ -82,7 +82,7 @@ fn energy(step: u64) -> Energy {
         elastic_j: 7.0 * step,
         scheme_work_j: 8.0 * step,
         radiated_j: Some(9.0 * step),
-        fracture_energy_j: None,
+        ..Energy::default()
     }
 }
 

@@ -11,6 +11,12 @@ use crate::rupture_numbers as measures;
 use crate::statistics::{mean, median};
 use crate::summarizer::{Summarizer, finite, mean_of, median_of};
 
+/// Declares the summary with the energies of the table.
+macro_rules! with_energies {
+    ($(
+        $(#[doc = $shown:tt])+
+        $name:ident: $_type:ty = $_about:literal [$class:ident $($_more:tt)*];
+    )+) => {
 summary! {
     /// The key numbers of a run.
     ///
@@ -156,7 +162,7 @@ summary! {
             /// friction, whose solver chooses its steps.
             // With a state the solver chooses its steps.
             front_speed_error_ratio: Option<f64> =
-                (run.front_speed_m_per_s().is_some() && !run.header.has_state && run.header.sensors.is_none())
+                (run.front_speed_m_per_s().is_some() && !run.header.flags.state && run.header.sensors.is_none())
                     .then(|| run.header.scales.front_error(run.header.time_step_s)),
         }
         "Slip and force" OneDraw {
@@ -221,30 +227,7 @@ summary! {
                 run.magnitudes.radiated_ratio().map(|_| run.magnitudes.radiated_j),
         }
         "Energy, from the start to the last record" OfTheMesh {
-            /// Work of the drive points on the drive springs, J; null, as are all energies, in logs
-            /// without step records.
-            drive_work_j: Option<f64> as Robust = run.energy.map(|energy| energy.drive_work_j),
-            /// Work of the prestress, J.
-            prestress_work_j: Option<f64> = run.energy.map(|energy| energy.prestress_work_j),
-            /// Heat of sliding contacts, J.
-            friction_heat_j: Option<f64> = run.energy.map(|energy| energy.friction_heat_j),
-            /// Work of radiation damping on sliding contacts, J; null in runs without it, whose ruptures may radiate into the
-            /// slider.
-            radiated_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.radiated_j),
-            /// The part of this heat above sliding friction: the fracture energy of contacts that weaken by slip, J; null in
-            /// runs without.
-            fracture_energy_j: Option<f64> as OneDraw = run.energy.and_then(|energy| energy.fracture_energy_j),
-            /// Energy that friction springs stored when blocks re-attached, less the energy that they
-            /// lost when blocks detached, J.
-            anchor_change_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.anchor_change_j),
-            /// Work of the dampers between blocks, J.
-            viscous_loss_j: Option<f64> = run.energy.map(|energy| energy.viscous_loss_j),
-            /// Kinetic energy at the end, J.
-            kinetic_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.kinetic_j),
-            /// Energy of all springs at the end, J.
-            elastic_j: Option<f64> = run.energy.map(|energy| energy.elastic_j),
-            /// Energy added by the finite time step, the scheme work, J.
-            scheme_work_j: Option<f64> as OneDraw = run.energy.map(|energy| energy.scheme_work_j),
+            $($(#[doc = $shown])+ $name: Option<f64> as $class = run.energy.and_then(|energy| energy.$name.into()),)+
             /// Mean heat of a precursor's contacts while it lasted, J; over precursors during which no
             /// other rupture slid.
             precursor_heat_j: Option<f64> = mean_of(run.precursors(), |rupture| rupture.friction_heat_j),
@@ -334,6 +317,10 @@ summary! {
     /// Numbers that only recordings have; none of a run.
     of_recording: Option<OfRecording> = run.header.sensors.as_ref().map(|_| OfRecording::of(run)),
 }
+    };
+}
+
+asperity_record::energies!(shown with_energies);
 
 summary! {
     /// The numbers that a recording has beside those of a run, of which it has only those that it measures.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asperity_record::{printable, short};
+use asperity_record::{Energy, Part, printable, short};
 use serde_json::Value;
 
 use crate::convergence::Convergence;
@@ -16,8 +16,11 @@ const NOTHING: &str = "-";
 /// recording have no marks.
 pub fn of_one(summary: &Summary, parameter_set: Option<&str>) -> String {
     let mut shown = summary.shown();
-    // Few runs have fracture energy.
-    shown.retain(|(key, value)| key.column.name != "fracture_energy_j" || !value.is_null());
+    // Few runs have energies of parts; of radiated energy a remark says why there is none.
+    let of_parts =
+        Energy::COLUMNS.iter().filter(|energy| energy.only.is_some_and(|part| part != Part::Radiation));
+    let rare: Vec<&str> = of_parts.map(|energy| &*energy.name).collect();
+    shown.retain(|(key, value)| !value.is_null() || !rare.contains(&&*key.column.name));
     let lines: Vec<(String, String)> = shown
         .iter()
         .map(|(key, value)| match parameter_set.filter(|_| key.column.name == "parameter_set") {

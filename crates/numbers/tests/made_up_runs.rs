@@ -6,7 +6,7 @@ use asperity_model::Scenario;
 use asperity_model::resolve;
 use asperity_numbers::{OfRecording, Summarizer, Summary, text};
 use asperity_record::{
-    Direction, Energy, Event, Observer, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
+    Direction, Energy, Event, Observer, Parts, RunEnd, RunHeader, RunStatus, Rupture, Scales, SlipEvent,
     SolverReport, StepRecord, unit_of,
 };
 use asperity_testkit::{quiet_step, run_header, slip_event, switch};
@@ -22,6 +22,11 @@ fn header() -> RunHeader {
         interfacial_stiffness_n_per_m: 1e4,
     };
     RunHeader { blocks: 10, time_step_s: 1e-3, steps: 10_000, scales, ..run_header() }
+}
+
+/// That header, of a run whose contacts have a state.
+fn with_state() -> RunHeader {
+    RunHeader { flags: Parts { state: true, ..Parts::default() }, ..header() }
 }
 
 /// Contacts of 2 mm by 1 mm, and the length law (5.57).
@@ -168,7 +173,7 @@ fn only_fixed_steps_have_an_error_of_front_speeds() {
         found.front_speed_error_ratio
     };
     assert!(error_of(&header()).is_some_and(|error| error > 0.0));
-    assert_eq!(error_of(&RunHeader { has_state: true, ..header() }), None);
+    assert_eq!(error_of(&with_state()), None);
 }
 
 #[test]
@@ -202,7 +207,7 @@ fn with_state(keys: &[&str]) -> Scenario {
 #[test]
 fn creep_is_what_moves_outside_of_ruptures() {
     let creep_ratio = |scenario: Scenario, last: &Rupture, has_ruptures: bool, status: Option<RunStatus>| {
-        let mut run = Summarizer::new("creep", &RunHeader { has_state: true, ..header() }, Some(&scenario));
+        let mut run = Summarizer::new("creep", &with_state(), Some(&scenario));
         let of_force = |step: u64, driving_force_n: f64| StepRecord {
             driving_force_n,
             ..quiet_step(step, seconds(step), 0.4)

@@ -1,6 +1,5 @@
 //! The description of a run before its first record and after its last.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -12,8 +11,7 @@ use crate::{Contacts, Energy, Parts, Scales, Sensors, TimeGrid};
 pub const RECORD_SCHEMA_VERSION: u32 = 7;
 
 /// What a run is, known before it starts.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct RunHeader {
     /// [`RECORD_SCHEMA_VERSION`] of the program that wrote the run.
     pub record_schema_version: u32,
@@ -32,44 +30,31 @@ pub struct RunHeader {
     /// Number of blocks `N`.
     pub blocks: u32,
     /// In how many rows of equal length they lie: 1 where nothing is said of it.
-    #[serde(default = "one_row", skip_serializing_if = "is_one_row")]
+    #[serde(skip_serializing_if = "is_one_row")]
     pub rows: u32,
     /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(skip_serializing_if = "is_none")]
     pub junction_count: u32,
-    /// Whether sliding contacts radiate, and records have that energy as one of its own.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub radiates: bool,
-    /// Whether contacts weaken by slip, and records have fracture energy.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub weakens: bool,
-    /// Whether contacts have a state, by rate-and-state friction.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub has_state: bool,
-    /// Whether there are series at the steps of the solver.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub has_series: bool,
+    /// What others lack, but for what the other keys tell: see [`RunHeader::parts`].
+    #[serde(flatten)]
+    pub flags: Parts,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
     /// none where the solver chooses its steps.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub longest_stable_step_s: Option<f64>,
     /// Number of steps that the run is to take.
     pub steps: u64,
     /// What makes fronts of blocks and steps.
     pub scales: Scales,
     /// The sensors, in the recording of a laboratory.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sensors: Option<Sensors>,
 }
 
-fn one_row() -> u32 {
-    1
-}
-
 fn is_one_row(rows: &u32) -> bool {
-    *rows == one_row()
+    *rows == 1
 }
 
 fn is_none(count: &u32) -> bool {
@@ -90,11 +75,8 @@ impl RunHeader {
         Parts {
             junctions: self.junction_count > 0,
             area: self.rows > 1,
-            radiation: self.radiates,
-            weakening: self.weakens,
-            state: self.has_state,
             recording: self.sensors.is_some(),
-            series: self.has_series,
+            ..self.flags
         }
     }
 
@@ -116,7 +98,7 @@ impl RunHeader {
 }
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunStatus {
     /// All steps were taken.
@@ -144,7 +126,7 @@ impl RunStatus {
 }
 
 /// What a run says of itself once it is over. Only a log that holds this is whole.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunEnd {
     /// How it ended.
@@ -172,7 +154,7 @@ pub struct RunEnd {
 
 /// What a solver's work in a run was made of. Nothing follows from it for the
 /// physics, and none of it is in the digest.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverReport {
     /// Counts by name: steps, jumps, windows, ...

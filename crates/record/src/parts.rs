@@ -1,8 +1,11 @@
 //! What only some runs have: records, events and tables of other runs lack it.
 
-/// Declares a variant of [`Part`] and a field of [`Parts`] for each.
+use serde::Serialize;
+
+/// Declares a variant of [`Part`] and a field of [`Parts`] for each, behind `=` its flag in the header of a run; of the
+/// others other keys of the header tell.
 macro_rules! parts {
-    ($($(#[doc = $doc:literal])+ $Part:ident $part:ident,)+) => {
+    ($($(#[doc = $doc:literal])+ $Part:ident $part:ident $(= $flag:literal)?,)+) => {
         /// What a run may have.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Part {
@@ -10,9 +13,13 @@ macro_rules! parts {
         }
 
         /// What one run has; nothing by default.
-        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
         pub struct Parts {
-            $($(#[doc = $doc])+ pub $part: bool,)+
+            $(
+                $(#[doc = $doc])+
+                #[serde($(rename = $flag,)? skip_serializing_if = "std::ops::Not::not")]
+                pub $part: bool,
+            )+
         }
 
         impl Parts {
@@ -25,6 +32,20 @@ macro_rules! parts {
                     $(Part::$Part => self.$part,)+
                 }
             }
+
+            /// What this run or another one has.
+            #[must_use]
+            pub fn or(self, other: Parts) -> Parts {
+                Parts { $($part: self.$part || other.$part,)+ }
+            }
+
+            /// Those of which flags tell.
+            ///
+            /// # Errors
+            /// That of the first flag without a value.
+            pub fn flags<E>(value: impl Fn(&'static str) -> Result<bool, E>) -> Result<Parts, E> {
+                Ok(Parts { $($($part: value($flag)?,)?)+ ..Parts::default() })
+            }
         }
     };
 }
@@ -35,13 +56,13 @@ parts! {
     /// Components across the sliding direction, and extents of rows, where contacts lie in several rows.
     Area area,
     /// Radiated energy, where sliding contacts radiate.
-    Radiation radiation,
+    Radiation radiation = "radiates",
     /// Fracture energy, where contacts weaken by slip.
-    Weakening weakening,
+    Weakening weakening = "weakens",
     /// The state of contacts, by rate-and-state friction.
-    State state,
+    State state = "has_state",
     /// Errors of what is measured, in the recording of a laboratory.
     Recording recording,
     /// Series at the steps of the solver, where a scenario asks for them.
-    Series series,
+    Series series = "has_series",
 }

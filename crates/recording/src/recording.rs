@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use asperity_record::{
-    LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
+    LoadDrop, MOST_STEPS, Parts, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
 };
 
 use crate::arrival;
@@ -218,10 +218,7 @@ impl Recording {
             blocks: x_m.len().max(1) as u32,
             rows: 1,
             junction_count: 0,
-            radiates: false,
-            weakens: false,
-            has_state: false,
-            has_series: false,
+            flags: Parts::default(),
             time_step_s: time_grid.step_s(),
             longest_stable_step_s: None,
             steps: self.last_step(),

@@ -3,8 +3,8 @@
 //! again.
 
 use asperity_numbers::claim::Claim;
-use asperity_record::RunHeader;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::figures::{Figure, data_url};
 use crate::study::{Link, Run, Study};
@@ -36,7 +36,7 @@ pub struct RecordedRun {
     /// Its name.
     pub name: String,
     /// Its header.
-    pub run: RunHeader,
+    pub run: Value,
 }
 
 impl Recorded {

@@ -1,7 +1,7 @@
 //! The header of a run: what identifies it and the program that made it.
 
 use asperity_model::{Plan, Scenario};
-use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_record::{Parts, RECORD_SCHEMA_VERSION, RunHeader};
 
 /// A hash over the sources that shape a run: those of this crate and of every workspace crate that
 /// it depends on. Runs of equal code version and scenario are equal; changes to figures or the
@@ -29,10 +29,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         blocks: scenario.slider.contacts(),
         rows: plan.elastic.layout().rows(),
         junction_count: scenario.junction_count(),
-        radiates: scenario.radiates(),
-        weakens: scenario.weakens_by_slip(),
-        has_state: scenario.has_state(),
-        has_series: plan.recording.series_every > 0,
+        flags: Parts { junctions: false, area: false, ..scenario.parts() },
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s).filter(|longest_s| longest_s.is_finite()),
         steps: plan.steps,

@@ -4,9 +4,9 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, Cell, Column, Direction, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals, LoadDrop,
-    Onset, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord, TraceRecord,
-    WindowRecord, magnitude,
+    Arrival, Cell, Column, Direction, Energy, Event, EventPayload, FieldRecord, GlobalSlip, JunctionTotals,
+    LoadDrop, Onset, Part, Record, Role, RowKind, RunHeader, Rupture, SignalRecord, SlipEvent, StepRecord,
+    TraceRecord, WindowRecord, magnitude,
 };
 use serde_json::{Map, Value};
 
@@ -64,12 +64,9 @@ pub(crate) fn step(header: &RunHeader, message: &StepMessage) -> Result<(), LogP
         let what = "ft_fn_error, in a run that is no recording".to_owned();
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
-    for (name, energy_j, part, has) in [
-        ("radiated_j", message.radiated_j, "radiates", header.radiates),
-        ("fracture_energy_j", message.fracture_energy_j, "weakens", header.weakens),
-    ] {
-        if energy_j.is_some() != has {
-            let what = format!("{name} = {energy_j:?}, in a run with {part} = {has}");
+    for (Column { name, only, .. }, energy_j) in Energy::COLUMNS.iter().zip(message.energy().values()) {
+        if let Some(part) = only.filter(|part| energy_j.is_some() != header.parts().has(*part)) {
+            let what = misplaced(name, part, energy_j.is_none());
             return Err(LogProblem::Contradiction { step: message.step, what });
         }
     }
@@ -187,7 +184,7 @@ fn fields(header: &RunHeader, record: &FieldRecord) -> Result<(), LogProblem> {
     let blocks = header.blocks as usize;
     let with_junctions = if header.parts().junctions { blocks } else { 0 };
     let across = if header.parts().area { blocks } else { 0 };
-    let with_state = if header.has_state { blocks } else { 0 };
+    let with_state = if header.flags.state { blocks } else { 0 };
     let lengths = [
         ("displacement_m", record.displacement_m.len(), blocks),
         ("velocity_m_per_s", record.velocity_m_per_s.len(), blocks),
@@ -351,10 +348,7 @@ fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), 
         if let Some(part) = column.only
             && (if parts.has(part) { is_empty && column.role == Some(Role::Place) } else { !is_empty })
         {
-            return Err(match is_empty {
-                true => format!("it lacks {name}, in a run with {part:?}"),
-                false => format!("it has {name}, in a run without {part:?}"),
-            });
+            return Err(misplaced(name, part, is_empty));
         }
         let value = match (column.role, cell) {
             (Some(Role::Place), Cell::Count(place)) => u64::from(*place),
@@ -382,6 +376,12 @@ fn ranges(columns: &[Column], cells: &[Cell], header: &RunHeader) -> Result<(), 
     Ok(())
 }
 
+/// That a value is missing in a run with the part that has it, or is there in another run.
+fn misplaced(name: &str, part: Part, is_empty: bool) -> String {
+    let [has, with] = if is_empty { ["lacks", "with"] } else { ["has", "without"] };
+    format!("it {has} {name}, in a run {with} {part:?}")
+}
+
 /// Whether two columns, one after the other, are the ends of a range: `first_block` and `last_block`,
 /// `onset_step` and `end_step`, `breaks_onset` and `breaks_end`.
 fn is_range(first: &Column, last: &Column) -> bool {
@@ -392,7 +392,7 @@ fn is_range(first: &Column, last: &Column) -> bool {
 
 /// Checks the largest speed of a step or an event: a number from 0 on in runs with a state, and none in others.
 fn peak(speed: Option<f64>, header: &RunHeader) -> Result<(), String> {
-    let has_state = header.has_state;
+    let has_state = header.flags.state;
     if speed.is_some() != has_state || speed.is_some_and(|speed| speed < 0.0) {
         return Err(format!("peak_velocity_m_per_s = {speed:?}, in a run with has_state = {has_state}"));
     }

@@ -52,7 +52,7 @@
 //! A log of two steps, written and read:
 //!
 //! ```
-//! use asperity_record::{Energy, Record, RunHeader, RunStatus, Scales, SolverReport, StepRecord};
+//! use asperity_record::{Energy, Parts, Record, RunHeader, RunStatus, Scales, SolverReport, StepRecord};
 //! use asperity_runlog::{Content, Existing, LogItem, RunReader, RunWriter, Topics};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -69,10 +69,7 @@
 //!     blocks: 2,
 //!     rows: 1,
 //!     junction_count: 0,
-//!     radiates: false,
-//!     weakens: false,
-//!     has_state: false,
-//!     has_series: false,
+//!     flags: Parts::default(),
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,

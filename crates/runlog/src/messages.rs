@@ -110,66 +110,83 @@ fn unreadable(topic: &str, head: &MessageHeader, error: serde_json::Error) -> Lo
     LogProblem::Message { topic: topic.to_owned(), sequence: head.sequence, error }
 }
 
-/// The chain's load at the end of one time step.
-#[derive(Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(rename = "Step")]
-pub(crate) struct StepMessage {
-    /// The step, counted from 1.
-    pub(crate) step: u64,
-    /// Simulated time at the end of the step, s.
-    pub(crate) time_s: f64,
-    /// Sum of the driving forces that this step's update used, N.
-    pub(crate) driving_force_n: f64,
-    /// Total normal load that this step's update used, N.
-    pub(crate) normal_load_n: f64,
-    /// Driving force on the first block, N, where the drive pulls both ways.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) first_end_force_n: Option<f64>,
-    /// The same on the last block.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) last_end_force_n: Option<f64>,
-    /// The driving force over the normal load.
-    pub(crate) ft_fn: f64,
-    /// Standard error of that ratio.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) ft_fn_error: Option<f64>,
-    /// How many blocks slid in this step.
-    pub(crate) sliding: u32,
-    /// How many blocks switched at its end: so many `/switch` messages follow.
-    pub(crate) switches: u32,
-    /// Work of the drive points on the drive springs since the start, J.
-    pub(crate) drive_work_j: f64,
-    /// Work of the prestress, J.
-    pub(crate) prestress_work_j: f64,
-    /// Work that sliding contacts have turned into heat, J.
-    pub(crate) friction_heat_j: f64,
-    /// What friction springs held when they took hold again, less what they lost when they let go, J.
-    pub(crate) anchor_change_j: f64,
-    /// Work of the dampers between blocks, J.
-    pub(crate) viscous_loss_j: f64,
-    /// Kinetic energy, J.
-    pub(crate) kinetic_j: f64,
-    /// Energy of all springs, J.
-    pub(crate) elastic_j: f64,
-    /// What the time step itself added, J.
-    pub(crate) scheme_work_j: f64,
-    /// Work of radiation damping, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) radiated_j: Option<f64>,
-    /// The part of the friction heat above sliding friction, J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) fracture_energy_j: Option<f64>,
-    /// Largest speed of any block since the message before, m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) peak_velocity_m_per_s: Option<f64>,
-    /// How many junctions broke in all steps before this one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) breaks: Option<u64>,
-    /// How many junctions were pinned again in all steps before this one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) repins: Option<u64>,
+/// Declares the message of a step with the energies of the table.
+macro_rules! step_message {
+    ($($(#[doc = $_shown:tt])+ $name:ident: $type:ty = $about:literal $_more:tt;)+) => {
+        /// The chain's load at the end of one time step.
+        #[derive(Debug, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        #[schemars(rename = "Step")]
+        pub(crate) struct StepMessage {
+            /// The step, counted from 1.
+            pub(crate) step: u64,
+            /// Simulated time at the end of the step, s.
+            pub(crate) time_s: f64,
+            /// Sum of the driving forces that this step's update used, N.
+            pub(crate) driving_force_n: f64,
+            /// Total normal load that this step's update used, N.
+            pub(crate) normal_load_n: f64,
+            /// Driving force on the first block, N, where the drive pulls both ways.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) first_end_force_n: Option<f64>,
+            /// The same on the last block.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) last_end_force_n: Option<f64>,
+            /// The driving force over the normal load.
+            pub(crate) ft_fn: f64,
+            /// Standard error of that ratio.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) ft_fn_error: Option<f64>,
+            /// How many blocks slid in this step.
+            pub(crate) sliding: u32,
+            /// How many blocks switched at its end: so many `/switch` messages follow.
+            pub(crate) switches: u32,
+            $(
+                #[doc = concat!($about, ", J.")]
+                #[serde(skip_serializing_if = "Energy::lacks")]
+                pub(crate) $name: $type,
+            )+
+            /// Largest speed of any block since the message before, m/s.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) peak_velocity_m_per_s: Option<f64>,
+            /// How many junctions broke in all steps before this one.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) breaks: Option<u64>,
+            /// How many junctions were pinned again in all steps before this one.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub(crate) repins: Option<u64>,
+        }
+
+        impl StepMessage {
+            pub(crate) fn new(record: &StepRecord) -> StepMessage {
+                let energy = record.energy;
+                StepMessage {
+                    step: record.step,
+                    time_s: record.time_s,
+                    driving_force_n: record.driving_force_n,
+                    normal_load_n: record.normal_load_n,
+                    first_end_force_n: record.end_forces_n.map(|ends| ends[0]),
+                    last_end_force_n: record.end_forces_n.map(|ends| ends[1]),
+                    ft_fn: record.load_ratio(),
+                    ft_fn_error: record.ft_fn_error,
+                    sliding: record.sliding,
+                    switches: record.switches.len() as u32,
+                    $($name: energy.$name,)+
+                    peak_velocity_m_per_s: record.peak_velocity_m_per_s,
+                    breaks: record.junctions.map(|totals| totals.breaks),
+                    repins: record.junctions.map(|totals| totals.repins),
+                }
+            }
+
+            /// The energies.
+            pub(crate) fn energy(&self) -> Energy {
+                Energy { $($name: self.$name,)+ }
+            }
+        }
+    };
 }
+
+asperity_record::energies!(logged step_message);
 
 /// One block that detached or re-attached at the end of a step.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -221,35 +238,6 @@ pub(crate) struct SwitchMessage {
 }
 
 impl StepMessage {
-    pub(crate) fn new(record: &StepRecord) -> StepMessage {
-        let energy = record.energy;
-        StepMessage {
-            step: record.step,
-            time_s: record.time_s,
-            driving_force_n: record.driving_force_n,
-            normal_load_n: record.normal_load_n,
-            first_end_force_n: record.end_forces_n.map(|ends| ends[0]),
-            last_end_force_n: record.end_forces_n.map(|ends| ends[1]),
-            ft_fn: record.load_ratio(),
-            ft_fn_error: record.ft_fn_error,
-            sliding: record.sliding,
-            switches: record.switches.len() as u32,
-            drive_work_j: energy.drive_work_j,
-            prestress_work_j: energy.prestress_work_j,
-            friction_heat_j: energy.friction_heat_j,
-            anchor_change_j: energy.anchor_change_j,
-            viscous_loss_j: energy.viscous_loss_j,
-            kinetic_j: energy.kinetic_j,
-            elastic_j: energy.elastic_j,
-            scheme_work_j: energy.scheme_work_j,
-            radiated_j: energy.radiated_j,
-            fracture_energy_j: energy.fracture_energy_j,
-            peak_velocity_m_per_s: record.peak_velocity_m_per_s,
-            breaks: record.junctions.map(|totals| totals.breaks),
-            repins: record.junctions.map(|totals| totals.repins),
-        }
-    }
-
     pub(crate) fn into_record(self) -> StepRecord {
         StepRecord {
             step: self.step,
@@ -258,18 +246,7 @@ impl StepMessage {
             normal_load_n: self.normal_load_n,
             ft_fn_error: self.ft_fn_error,
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
-            energy: Energy {
-                drive_work_j: self.drive_work_j,
-                prestress_work_j: self.prestress_work_j,
-                friction_heat_j: self.friction_heat_j,
-                anchor_change_j: self.anchor_change_j,
-                viscous_loss_j: self.viscous_loss_j,
-                kinetic_j: self.kinetic_j,
-                elastic_j: self.elastic_j,
-                scheme_work_j: self.scheme_work_j,
-                radiated_j: self.radiated_j,
-                fracture_energy_j: self.fracture_energy_j,
-            },
+            energy: self.energy(),
             junctions: self.breaks.zip(self.repins).map(|(breaks, repins)| JunctionTotals { breaks, repins }),
             peak_velocity_m_per_s: self.peak_velocity_m_per_s,
             sliding: self.sliding,
@@ -388,7 +365,7 @@ impl Topic {
 }
 
 /// Fields of records that only runs with a part have.
-const OF_PARTS: [(Part, &[&str]); 6] = [
+const OF_PARTS: [(Part, &[&str]); 4] = [
     (Part::Junctions, &["breaks", "repins", "junctions_slipping", "pinned_mean_ratio", "pinned_width_ratio"]),
     (
         Part::Area,
@@ -399,8 +376,6 @@ const OF_PARTS: [(Part, &[&str]); 6] = [
             "stick_position_across_m",
         ],
     ),
-    (Part::Radiation, &["radiated_j"]),
-    (Part::Weakening, &["fracture_energy_j"]),
     (Part::State, &["state", "peak_velocity_m_per_s"]),
     (Part::Recording, &["ft_fn_error", "error_s", "step_size", "step_size_error"]),
 ];
@@ -408,7 +383,11 @@ const OF_PARTS: [(Part, &[&str]); 6] = [
 /// The topics of records of the run with that header.
 pub(crate) fn record_topics(header: &RunHeader) -> Vec<Topic> {
     let parts = header.parts();
-    let has = |name: &str| OF_PARTS.iter().all(|(part, names)| parts.has(*part) || !names.contains(&name));
+    let has = |name: &str| {
+        let energies = Energy::COLUMNS.iter().filter(|energy| energy.name == name);
+        OF_PARTS.iter().all(|(part, names)| parts.has(*part) || !names.contains(&name))
+            && energies.filter_map(|energy| energy.only).all(|part| parts.has(part))
+    };
     let topic = |topic: &str, name: &str, mut schema: Value| {
         if let Some(properties) = schema["properties"].as_object_mut() {
             properties.retain(|name, _| has(name));

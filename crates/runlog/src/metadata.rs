@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use asperity_record::{
-    Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, Sensors,
-    SolverReport,
+    Contacts, Energy, MOST_BLOCKS, Parts, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales,
+    Sensors, SolverReport,
 };
 
 use serde_json::{Map, Number, Value};
@@ -24,9 +24,6 @@ const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
 const ROWS: &str = "rows";
 const JUNCTION_COUNT: &str = "junction_count";
-const RADIATES: &str = "radiates";
-const WEAKENS: &str = "weakens";
-const HAS_STATE: &str = "has_state";
 const SLIDER_LENGTH: &str = "slider_length_m";
 const SENSORS: &str = "sensors_at_m";
 const OF_SLIP: &str = "sensors_are_of_slip";
@@ -114,10 +111,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         blocks: map.parse("blocks", "a whole number")?,
         rows: map.parse_or(ROWS, "a whole number", 1)?,
         junction_count: map.parse_or(JUNCTION_COUNT, "a whole number", 0)?,
-        radiates: map.parse_or(RADIATES, "true or false", false)?,
-        weakens: map.parse_or(WEAKENS, "true or false", false)?,
-        has_state: map.parse_or(HAS_STATE, "true or false", false)?,
-        has_series: map.parse_or("has_series", "true or false", false)?,
+        flags: Parts::flags(|key| map.parse_or(key, "true or false", false))?,
         time_step_s: map.positive("time_step_s")?,
         longest_stable_step_s: map
             .map
@@ -360,10 +354,7 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        CRC, HAS_STATE, JUNCTION_COUNT, LONGEST_STABLE_STEP, RADIATES, ROWS, WEAKENS, header_from_map,
-        header_to_map,
-    };
+    use super::{CRC, JUNCTION_COUNT, LONGEST_STABLE_STEP, ROWS, header_from_map, header_to_map};
 
     #[test]
     fn keys_that_may_be_absent_are_refused_if_they_are_wrong() {
@@ -372,9 +363,9 @@ mod tests {
         let wrong = [
             (ROWS, "two"),
             (JUNCTION_COUNT, "-1"),
-            (RADIATES, "yes"),
-            (WEAKENS, "yes"),
-            (HAS_STATE, "1"),
+            ("radiates", "yes"),
+            ("weakens", "yes"),
+            ("has_state", "1"),
             ("has_series", "2"),
             (LONGEST_STABLE_STEP, "0"),
         ];

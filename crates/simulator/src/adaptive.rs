@@ -423,13 +423,11 @@ impl Adaptive {
             drive_work_j,
             prestress_work_j,
             friction_heat_j,
-            anchor_change_j: 0.0,
             viscous_loss_j,
             kinetic_j: blocks.map(|v| equations.mass_kg * square(*v)).sum(),
             elastic_j: bonds.chain(springs.map(|(k, w)| k * square(*w))).sum(),
-            scheme_work_j: 0.0,
             radiated_j: (equations.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
-            fracture_energy_j: None,
+            ..Energy::default()
         }
     }
 }

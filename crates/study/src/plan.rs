@@ -314,6 +314,8 @@ impl Plan {
         let deciding = [
             "friction.law",
             "slider.across",
+            "slider.left_end",
+            "slider.right_end",
             "friction.radiation_kg_per_s",
             "friction.weakening_slip_m",
             "friction.weakening_slip_offsets_m",
@@ -322,14 +324,9 @@ impl Plan {
         let mut seen = BTreeSet::new();
         let value = |row: &Row, place: Option<usize>| place.map(|place| row.values[place].to_string());
         let firsts = rows.filter(|row| seen.insert(deciding.map(|place| value(row, place))));
-        firsts.filter_map(|row| self.resolve(row).ok()).fold(Parts::default(), |parts, run| Parts {
-            junctions: parts.junctions || run.junction_count() > 0,
-            area: parts.area || run.elastic().layout().is_area(),
-            radiation: parts.radiation || run.radiates(),
-            weakening: parts.weakening || run.weakens_by_slip(),
-            state: parts.state || run.has_state(),
-            ..Parts::default()
-        })
+        firsts
+            .filter_map(|row| self.resolve(row).ok())
+            .fold(Parts::default(), |parts, run| parts.or(run.parts()))
     }
 
     /// The scenario of a run, resolved by this program.

@@ -6,7 +6,9 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use asperity_record::{Cell, Column, ColumnKind, FieldRecord, Parts, SignalRecord, StepRecord, WindowRecord};
+use asperity_record::{
+    Cell, Column, ColumnKind, Energy, FieldRecord, Parts, SignalRecord, StepRecord, WindowRecord,
+};
 
 use crate::table::Table;
 
@@ -67,18 +69,14 @@ pub fn nodes_table(axes: &[usize]) -> Table {
 pub struct StepParts {
     /// Forces on both ends, if the drive pulls there.
     pub end_forces: bool,
-    /// Energies, which the load tables that runs are reduced to leave out.
-    pub energies: bool,
+    /// Which energies, in the order of [`Energy::COLUMNS`]; the load tables that runs are reduced to leave them out.
+    pub energies: [bool; Energy::COUNT],
     /// In states of all blocks, the normal load of each: of slabs and bodies.
     pub contact_loads: bool,
     /// Counts of junctions, by laws that have junctions.
     pub junctions: bool,
     /// Components across the sliding direction, of switches and states over an area of contact.
     pub area: bool,
-    /// Radiated energy, where sliding contacts radiate.
-    pub radiation: bool,
-    /// Fracture energy, where contacts weaken by slip.
-    pub weakening: bool,
     /// The state of contacts, by rate-and-state friction.
     pub state: bool,
     /// What sensors measured, in a recording.
@@ -91,13 +89,11 @@ impl StepParts {
     pub fn of(record: &StepRecord, run: Parts) -> StepParts {
         StepParts {
             end_forces: record.end_forces_n.is_some(),
-            energies: true,
+            energies: record.energy.values().map(|energy_j| energy_j.is_some()),
             contact_loads: false,
             junctions: record.junctions.is_some(),
             area: run.area,
             state: record.peak_velocity_m_per_s.is_some(),
-            radiation: record.energy.radiated_j.is_some(),
-            weakening: record.energy.fracture_energy_j.is_some(),
             recording: run.recording,
         }
     }
@@ -251,27 +247,8 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
         columns.push(number("first_end_force_n", "Driving force on the first block."));
         columns.push(number("last_end_force_n", "Driving force on the last block."));
     }
-    if parts.energies {
-        columns.extend([
-            number("drive_work_j", "Work of the drive points on the drive springs since the start."),
-            number("prestress_work_j", "Work of the prestress."),
-            number("friction_heat_j", "Work that sliding contacts have turned into heat."),
-            number(
-                "anchor_change_j",
-                "What friction springs held when they took hold again, less what they lost when they let go.",
-            ),
-            number("viscous_loss_j", "Work of the dampers between blocks."),
-            number("kinetic_j", "Kinetic energy."),
-            number("elastic_j", "Energy of all springs: between blocks, of the drive, and of friction."),
-            number("scheme_work_j", "What the time step itself added."),
-        ]);
-    }
-    if parts.radiation {
-        columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
-    }
-    if parts.weakening {
-        columns.push(number("fracture_energy_j", "The part of the friction heat above sliding friction."));
-    }
+    let energies = Energy::COLUMNS.iter().zip(parts.energies).filter(|(_, has)| *has);
+    columns.extend(energies.map(|(column, _)| column.clone()));
     if parts.state {
         columns.push(number("peak_velocity_m_per_s", "Largest speed of any block since the record before."));
     }
@@ -372,28 +349,5 @@ mod tests {
         let [short, long] = [false, true].map(of);
         assert_eq!(short[..], long[..short.len()]);
         assert_eq!(&*long[short.len()].name, "first_end_force_n");
-    }
-
-    #[test]
-    fn energies_stand_last_in_the_order_of_their_fields() {
-        for (end_forces, radiation) in [(false, false), (true, false), (true, true)] {
-            let of_part = radiation.then_some(0.0);
-            let energy = asperity_record::Energy {
-                radiated_j: of_part,
-                fracture_energy_j: of_part,
-                ..Default::default()
-            };
-            let names: Vec<&str> = energy.parts().map(|(name, _)| name).collect();
-            let parts = StepParts {
-                end_forces,
-                energies: true,
-                radiation,
-                weakening: radiation,
-                ..StepParts::default()
-            };
-            let columns = step_columns(parts);
-            let last = columns[columns.len() - names.len()..].iter().map(|column| &*column.name);
-            assert!(last.eq(names), "{columns:?}");
-        }
     }
 }

@@ -53,10 +53,8 @@ pub(crate) fn step(record: &StepRecord, parts: StepParts) -> Vec<Cell> {
     if parts.end_forces {
         row.extend([0, 1].map(|end| record.end_forces_n.map(|ends| ends[end]).cell()));
     }
-    if parts.energies {
-        let energies = record.energy.parts();
-        row.extend(energies.map(|(_, energy)| Cell::Number(energy)));
-    }
+    let energies = record.energy.values().into_iter().zip(parts.energies).filter(|(_, has)| *has);
+    row.extend(energies.map(|(energy_j, _)| energy_j.cell()));
     row.extend(parts.state.then(|| record.peak_velocity_m_per_s.cell()));
     if parts.junctions {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::NodeState;
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Observer, Parts, Record, RowKind};
+use asperity_record::{Cell, Column, ColumnKind, Energy, Event, EventKind, Observer, Parts, Record, RowKind};
 
 use crate::foreign;
 use crate::layout::{
@@ -161,10 +161,13 @@ impl RunTables {
                 let differs = [
                     ("forces on the ends", parts.end_forces, found.end_forces),
                     ("counts of junctions", parts.junctions, found.junctions),
-                    ("radiated energies", parts.radiation, found.radiation),
                     ("largest speeds", parts.state, found.state),
                 ];
-                if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
+                let energies = Energy::COLUMNS.iter().zip(parts.energies).zip(found.energies);
+                let energies = energies.map(|((column, first), found)| (&*column.name, first, found));
+                if let Some((what, first, _)) =
+                    differs.into_iter().chain(energies).find(|(_, first, found)| first != found)
+                {
                     let first = if first { "has" } else { "has not" };
                     return Err(format!(
                         "step {}: the {what} differ from the first record's, which {first} them",

@@ -14,7 +14,7 @@ use crate::plan::state::SliderState;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::scenario::choices::{DriveKind, End, ScheduleFrom, Start};
-use asperity_record::{Scales, TimeGrid};
+use asperity_record::{Parts, Scales, TimeGrid};
 
 impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
@@ -434,6 +434,19 @@ impl Scenario {
     /// Whether contacts have a state, by rate-and-state friction.
     pub fn has_state(&self) -> bool {
         self.contact_law().rate_and_state().is_some()
+    }
+
+    /// What its run has that others lack.
+    pub fn parts(&self) -> Parts {
+        Parts {
+            junctions: self.junction_count() > 0,
+            area: self.elastic().layout().is_area(),
+            recording: false,
+            radiation: self.radiates(),
+            weakening: self.weakens_by_slip(),
+            state: self.has_state(),
+            series: self.recording.series_every > 0,
+        }
     }
 
     /// The scales of the scenario's slider, without deriving the rest of its plan.

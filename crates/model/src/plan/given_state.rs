@@ -6,6 +6,7 @@ use std::mem;
 use asperity_record::TimeGrid;
 use serde::{Deserialize, Serialize};
 
+use crate::law::laws::FrictionLaw;
 use crate::plan::Plan;
 use crate::plan::ledger::Ledger;
 use crate::plan::state::SliderState;
@@ -258,13 +259,15 @@ pub(crate) fn states_are_of_one_kind(scenario: &Scenario, refusals: &mut Refusal
         }
         return;
     }
-    let lists = "a chain with interfacial-springs, rigid or velocity-weakening; initial.from for others";
+    let laws: Vec<&str> =
+        FrictionLaw::ALL.iter().filter(|law| law.has_two_states()).map(|law| law.word()).collect();
+    let lists = &format!("a chain with {}; initial.from for others", laws.join(" or "));
     let key = if initial.state_csv.is_empty() { "initial.displacement_m" } else { "initial.state_csv" };
     if slider.is_lattice() {
         let what = scenario.elastic().table.name;
         refusals.refuse(key, format!("a row for each block does not give the state of a {what}"), lists);
     }
-    if scenario.contact_law().junctions().is_some() || !scenario.friction.law.sticks() {
+    if !scenario.friction.law.has_two_states() {
         let law = scenario.friction.law.word();
         let problem = format!("contacts with friction.law = {law:?} have more state than these columns");
         refusals.refuse(key, problem, lists);

@@ -424,10 +424,9 @@ mod tests {
                 "test.toml:1:14: not TOML: string values must be quoted, expected literal string",
             ),
             (
-                "friction.law = \"rate_and_state\"",
-                "test.toml:1:16: friction.law: \"rate_and_state\" is not accepted; did you mean rate-and-state? \
-                 (accepted: \"interfacial-springs\" or \"rigid\" or \"velocity-weakening\" or \"junctions\" or \
-                 \"rate-and-state\")",
+                "drive.kind = \"left_right\"",
+                "test.toml:1:14: drive.kind: \"left_right\" is not accepted; did you mean left-right? \
+                 (accepted: \"side\" or \"top\" or \"left-right\" or \"force\")",
             ),
             (
                 "slider.length_m = 0,14",

@@ -316,14 +316,7 @@ fn a_branch_has_another_load_from_its_first_step_on_and_counts_energies_from_the
                 [start.drive_work_j, start.friction_heat_j, start.anchor_change_j, start.scheme_work_j];
             assert_eq!(totals.map(f64::abs), [0.0; 4]);
         }
-        let balance = |energy: asperity_record::Energy| {
-            energy.drive_work_j + energy.anchor_change_j + energy.scheme_work_j
-                - energy.friction_heat_j
-                - energy.viscous_loss_j
-                - energy.kinetic_j
-                - energy.elastic_j
-        };
-        assert!((balance(end) - balance(start)).abs() < 1e-8 * end.drive_work_j, "{start:?} {end:?}");
+        assert!((end.balance_j() - start.balance_j()).abs() < 1e-8 * end.drive_work_j, "{start:?} {end:?}");
         assert!(verify(&Plan::new(&branch)).unwrap().switches > 20);
     }
 }

@@ -51,10 +51,7 @@ impl SolverKind {
 
     /// The solvers of a law, its default first.
     pub fn of(law: FrictionLaw) -> &'static [SolverKind] {
-        match law {
-            FrictionLaw::RateAndState => &[SolverKind::Adaptive],
-            _ => &[SolverKind::Fast, SolverKind::Plain],
-        }
+        if law.sticks() { &[SolverKind::Fast, SolverKind::Plain] } else { &[SolverKind::Adaptive] }
     }
 
     /// A solver of this kind at the start of a plan.

@@ -329,8 +329,8 @@ impl<const D: usize> Body for LatticeBody<D> {
             kinetic_j,
             elastic_j,
             scheme_work_j: ledger.scheme_work_j.value() - 0.5 * plan.grid.step_s() * ahead_w,
-            radiated_j: None,
             fracture_energy_j: plan.friction.weakens().then(|| ledger.fracture_energy_j.value()),
+            ..Energy::default()
         }
     }
 }
@@ -446,11 +446,7 @@ mod tests {
         let ways = &stepper.state().displacement_m[..contacts];
         assert!(switches > 2 * contacts && ways.iter().all(|x| *x > 1e-4), "{switches} {ways:?}");
         let put_in_j = energy.drive_work_j + energy.prestress_work_j;
-        let missing_j = put_in_j + energy.anchor_change_j + energy.scheme_work_j
-            - energy.friction_heat_j
-            - energy.viscous_loss_j
-            - energy.kinetic_j
-            - energy.elastic_j;
+        let missing_j = energy.balance_j();
         assert!(energy.friction_heat_j > 0.1 * put_in_j, "{energy:?}");
         assert!(missing_j.abs() < 1e-11 * put_in_j, "{missing_j} of {put_in_j} J: {energy:?}");
     }

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use asperity_model::scenario::text::short;
+use asperity_model::theory::medium::{FEWEST_COHESIVE_CELLS, FaultEstimate};
 use asperity_model::theory::stability::FEWEST_NUCLEATION_BLOCKS;
 use asperity_model::theory::weakening::Weakening;
 use asperity_model::{Plan, Preview, Scenario, Stability, Warning};
 use asperity_record::counted;
+
+use crate::validate::duration;
 
 /// Material, load and first slip of a run, one line each, with the topic of the line; of a run in which nothing
 /// sticks, material, stability and nucleation.
@@ -29,6 +32,9 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
             short(scenario.scales().wave_speed_m_per_s())
         ),
     };
+    if let Some(fault) = preview.fault {
+        return of_fault(&fault);
+    }
     if let Some(stability) = preview.stability {
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
@@ -62,6 +68,31 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         (None, _) => "never".to_owned(),
     };
     [("material", material), ("load", load), ("first slip", first_slip)]
+}
+
+/// The medium of a fault line, its lengths in cells, and how long a run may take.
+fn of_fault(fault: &FaultEstimate) -> [(&'static str, String); 3] {
+    let FaultEstimate { spacing_m, shear_speed_m_per_s, radiation_pa_s_per_m, .. } = *fault;
+    let length = |cells: Option<f64>| {
+        cells.map_or("none".to_owned(), |cells| format!("{} m = {} dz", short(cells * spacing_m), short(cells)))
+    };
+    let medium = format!(
+        "c_s = {} m/s, eta = mu / (2 c_s) = {} Pa s/m",
+        short(shear_speed_m_per_s),
+        short(radiation_pa_s_per_m)
+    );
+    let cells = format!(
+        "dz = {} m, cohesive zone Lambda_0 = {} (warning below {FEWEST_COHESIVE_CELLS}), nucleation length h* = {}",
+        short(spacing_m),
+        length(fault.cohesive_zone_cells),
+        length(fault.nucleation_cells)
+    );
+    let time = format!(
+        "about {:.0e} steps of the solver, {} on one core, within a factor of 3",
+        fault.steps,
+        duration(fault.run_time_s)
+    );
+    [("medium", medium), ("cells", cells), ("estimate", time)]
 }
 
 /// How friction falls over a slip, and the length over which slip nucleates.

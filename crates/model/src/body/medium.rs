@@ -84,4 +84,9 @@ impl Medium {
         let is_at_surface = self.kind == MediumKind::HalfSpace && self.first_node == FirstNode::Surface;
         if node == 0 && is_at_surface { 0.5 } else { 1.0 }
     }
+
+    /// The height of the cell of a node: stress over it is force per metre of strike.
+    pub fn cell_m(&self, node: usize) -> f64 {
+        self.weight(node) * self.spacing_m
+    }
 }

@@ -58,6 +58,8 @@ pub enum Need {
     OneRowAcross,
     /// Contacts over an area: a sheet or a body.
     RowsAcross,
+    /// Nodes of a fault line in a medium.
+    InMedium,
     /// One of these drives.
     Drives(&'static [DriveKind]),
     /// A law of which this holds.

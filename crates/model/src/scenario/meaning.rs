@@ -10,7 +10,8 @@ use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
-use crate::scenario::key::{Key, Need};
+use crate::scenario::choices::MediumChoice;
+use crate::scenario::key::{AS_CODED, Key, Need};
 use crate::scenario::keys::{KEYS, place};
 use crate::scenario::source::{LayerKind, Refusals};
 use crate::scenario::stand_ins::{self, STAND_INS};
@@ -25,6 +26,110 @@ static LACKED: LazyLock<Vec<(FrictionLaw, Vec<usize>)>> = LazyLock::new(|| {
     let lacked = |law: &FrictionLaw| (0..KEYS.len()).filter(|&at| law.lacks(KEYS[at].path)).collect();
     FrictionLaw::ALL.iter().map(|law| (*law, lacked(law))).collect()
 });
+
+/// What keys are in a medium: their paths or how these begin, and why no other value has a meaning there.
+const OUTSIDE_A_MEDIUM: &[(&str, &[&str])] = &[
+    ("its nodes slip by rate-and-state friction without inertia", &["friction.law", "friction.inertia"]),
+    (
+        "nodes of a fault line are neither wide nor joined by bonds",
+        &[
+            "slider.across",
+            "slider.rows",
+            "slider.width_m",
+            "slider.height_m",
+            "slider.mass_kg",
+            "slider.youngs_modulus_pa",
+            "slider.relative_damping",
+            "slider.left_end",
+            "slider.right_end",
+        ],
+    ),
+    ("it radiates by eta = mu / (2 c_s)", &["friction.radiation_kg_per_s"]),
+    (
+        "[medium] has friction and load by depth",
+        &[
+            "friction.direct_effect",
+            "friction.evolution_effect",
+            "friction.evolution_offsets",
+            "friction.critical_slip_m",
+            "normal_load.",
+            "disorder.",
+        ],
+    ),
+    (
+        "the plate below the fault line is its drive, at a constant velocity",
+        &[
+            "drive.kind",
+            "drive.stiffness_n_per_m",
+            "drive.course",
+            "drive.tilt",
+            "drive.decay_length_m",
+            "drive.across",
+            "drive.height_m",
+            "drive.hold_from_s",
+            "drive.until_load_ratio",
+        ],
+    ),
+    (
+        "stress and states at the start follow from time.start",
+        &[
+            "initial_shear.",
+            "prestress.",
+            "initial_velocity.",
+            "friction.initial_velocities_m_per_s",
+            "friction.initial_theta",
+            "friction.initial_csv",
+        ],
+    ),
+];
+
+/// Why a key has no other value in a medium; `None` for those that have.
+fn outside_a_medium(path: &str) -> Option<&'static str> {
+    let is_of = |(_, begins): &&(&str, &[&str])| begins.iter().any(|begins| path.starts_with(begins));
+    OUTSIDE_A_MEDIUM.iter().find(is_of).map(|(why, _)| *why)
+}
+
+/// What a key is in a medium where it is not written, and where nothing else may be.
+fn default_in_a_medium(path: &str) -> Option<Value> {
+    Some(match path {
+        "friction.law" => "rate-and-state".into(),
+        "friction.inertia" => false.into(),
+        "drive.kind" => "plate".into(),
+        START => "uniform".into(),
+        "time.step_s" => 1e-3.into(),
+        "time.tolerance" => 1e-6.into(),
+        "recording.sample_s" | "recording.fields_s" => 0.0.into(),
+        _ => return None,
+    })
+}
+
+/// Sets the values of keys that a medium alone determines, or that have a default of their own there.
+pub(crate) fn decide_by_medium(values: &mut [Value], refusals: &mut Refusals<'_>) {
+    let medium = values[place("slider.medium")].clone();
+    if medium.as_str() == Some(MediumChoice::None.word()) {
+        return;
+    }
+    let is_as_coded = values[place("parameter_set")].as_str() == Some(AS_CODED);
+    for (at, key) in KEYS.iter().enumerate() {
+        let (own, outside) = (default_in_a_medium(key.path), outside_a_medium(key.path));
+        let written = stand_ins::written(key, refusals.entries);
+        if outside.is_none() && (own.is_none() || written.is_some()) {
+            continue;
+        }
+        let default = || key.default_in(is_as_coded).expect("only keys of windows lack one").clone();
+        let value = own.unwrap_or_else(default);
+        // Whatever a log has there means nothing; the mass follows from the sides.
+        let is_other = |key: &&Key| {
+            let is_logged = refusals.entries.values[key.path].layer == LayerKind::Log;
+            !is_logged && (key.path != KEYS[at].path || values[at] != value)
+        };
+        if let Some((key, why)) = written.filter(is_other).zip(outside) {
+            let of = format!("slider.medium = {medium}");
+            refusals.refuse_without_meaning(key, &value, &of, why, "slider.medium = \"none\"");
+        }
+        values[at] = value;
+    }
+}
 
 /// Sets keys that the law alone determines to the behaviour of the law, in the values of all keys. Other
 /// values are refused in scenarios and ignored in logs.
@@ -60,9 +165,10 @@ pub(crate) fn decide_by_law(values: &mut [Value], refusals: &mut Refusals<'_>) {
     }
 }
 
-/// Whether a key has its value from this law: fixed to another than the key's default, or the law's own default.
+/// Whether a key has its value from this law: fixed to another than the key's default, or the default of the law or of a
+/// medium.
 pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> bool {
-    let is_own = path == START && !law.sticks() && value.as_str() == Some("loaded");
+    let is_own = path == START && !law.sticks() && matches!(value.as_str(), Some("loaded" | "uniform"));
     is_own || (path == REATTACH && law.lacks(path))
 }
 
@@ -116,6 +222,10 @@ impl Need {
             Need::Rows => (slider.rows > 1, "slider.rows above 1"),
             Need::OneRowAcross => (slider.across == 1, "slider.across = 1"),
             Need::RowsAcross => (slider.across > 1, "slider.across above 1"),
+            Need::InMedium => {
+                let others = MediumChoice::WORDS.iter().filter(|word| **word != "none");
+                return (!slider.is_in_medium()).then(|| among("slider.medium", &"none", others));
+            }
             Need::Drives(kinds) => {
                 return (!kinds.contains(&kind)).then(|| among("drive.kind", &kind, kinds));
             }

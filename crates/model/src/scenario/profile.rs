@@ -87,6 +87,43 @@ pub(crate) fn parse_start(text: &str, blocks: usize) -> Result<[Vec<f64>; 2], Wr
     Ok([along(NAMES[1], &velocities)?, along(NAMES[2], &thetas)?])
 }
 
+/// The columns of a profile over depth.
+const DEPTH_COLUMNS: [&str; 5] =
+    ["depth_m", "direct_effect", "evolution_effect", "critical_slip_m", "normal_stress_pa"];
+
+/// The format of such a profile, as stated in errors.
+pub(crate) fn accepted_depths() -> String {
+    let names = DEPTH_COLUMNS.join(",");
+    format!(
+        "a CSV file with the header {names} and rows by ascending depth_m from 0, with evolution_effect from 0 and the \
+         others above 0"
+    )
+}
+
+/// Reads a profile over depth: depths, and the values at them.
+///
+/// # Errors
+/// If it is not of that kind.
+pub(crate) fn parse_depths(text: &str) -> Result<[Vec<f64>; 5], Wrong> {
+    let (lines, columns) = columns(text, DEPTH_COLUMNS, true)?;
+    for (n, line) in lines.iter().enumerate() {
+        for (name, column) in DEPTH_COLUMNS.iter().zip(&columns) {
+            let is_in_range = if ["depth_m", "evolution_effect"].contains(name) {
+                column[n] >= 0.0
+            } else {
+                column[n] > 0.0
+            };
+            if !is_in_range {
+                return Err((*line, format!("{name} is {}", column[n])));
+            }
+        }
+        if n > 0 && columns[0][n] <= columns[0][n - 1] {
+            return Err((*line, format!("depth_m is {}, not above the row before", columns[0][n])));
+        }
+    }
+    Ok(columns)
+}
+
 /// The values at all blocks between rows, not none, of places and values. For a single block, which is at 0, one row is
 /// enough.
 fn interpolated(lines: &[usize], x: &[f64], values: &[f64], blocks: usize) -> Result<Vec<f64>, Wrong> {

@@ -131,6 +131,7 @@ impl Scenario {
         let mut values = defaults::fill_in(&entries, &mut refusals.errors);
         refusals.none_so_far()?;
         stand_ins::replace(source, &mut values, &mut refusals);
+        meaning::decide_by_medium(&mut values, &mut refusals);
         meaning::decide_by_law(&mut values, &mut refusals);
         let mut scenario = Scenario::of(values);
         scenario.round_default_times(&entries);
@@ -158,7 +159,7 @@ impl Scenario {
             let steps = grid.nearest_step(*time_s).max(1);
             let is_whole = grid.whole_steps(*time_s).is_some_and(|steps| steps > 0);
             // A run of too many steps remains one; a cadence that long is as good as none.
-            if !is_whole && !entries.values.contains_key(key) && (key != duration || steps <= MOST_STEPS) {
+            if !is_whole && *time_s > 0.0 && !entries.values.contains_key(key) && (key != duration || steps <= MOST_STEPS) {
                 *time_s = in_few_digits(&grid, grid.time_s(steps.min(MOST_STEPS / 2)));
             }
         }
@@ -192,6 +193,16 @@ impl Scenario {
         let parse = |text: &str| profile::parse_blocks(text, contacts);
         let accepted = profile::accepted_blocks(contacts);
         reading.lists(("disorder.contacts_csv", &disorder.contacts_csv), of_blocks, parse, accepted);
+        let medium = &mut self.medium;
+        let of_depths = [
+            ("medium.profile_m", &mut medium.profile_m),
+            ("medium.direct_effect", &mut medium.direct_effect),
+            ("medium.evolution_effect", &mut medium.evolution_effect),
+            ("medium.critical_slip_m", &mut medium.critical_slip_m),
+            ("medium.normal_stress_pa", &mut medium.normal_stress_pa),
+        ];
+        let (file, accepted) = (&medium.profile_csv, profile::accepted_depths());
+        reading.lists(("medium.profile_csv", file), of_depths, profile::parse_depths, accepted);
         let of_load = [
             ("normal_load.course_s", &mut load.course_s),
             ("normal_load.course_factor", &mut load.course_factor),

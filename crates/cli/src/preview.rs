@@ -74,7 +74,9 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
 fn of_fault(fault: &FaultEstimate) -> [(&'static str, String); 3] {
     let FaultEstimate { spacing_m, shear_speed_m_per_s, radiation_pa_s_per_m, .. } = *fault;
     let length = |cells: Option<f64>| {
-        cells.map_or("none".to_owned(), |cells| format!("{} m = {} dz", short(cells * spacing_m), short(cells)))
+        cells.map_or("none".to_owned(), |cells| {
+            format!("{} m = {} dz", short(cells * spacing_m), short(cells))
+        })
     };
     let medium = format!(
         "c_s = {} m/s, eta = mu / (2 c_s) = {} Pa s/m",

@@ -34,8 +34,8 @@ use crate::law::rate_and_state::{EVENT_SPEED_IN_MEDIUM_M_PER_S, EVENT_SPEED_RATI
 use crate::plan::disorder::Quantity;
 use crate::scenario::choices::{DriveKind, MediumChoice, ParameterSet, Reattach};
 pub use crate::scenario::keys::{
-    Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, Medium, NormalLoad, Prestress,
-    Recording, Slider, Time, Window,
+    Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, Medium, NormalLoad,
+    Prestress, Recording, Slider, Time, Window,
 };
 use crate::scenario::keys::{KEYS, Key, WINDOW, section};
 

@@ -254,7 +254,12 @@ fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> 
 /// so that they add up to the total.
 fn pressed_n(scenario: &Scenario) -> Vec<f64> {
     if let Some(FaultLine { medium, .. }) = FaultLine::of(scenario) {
-        return medium.normal_stress_pa.iter().enumerate().map(|(n, sigma)| sigma * medium.cell_m(n)).collect();
+        return medium
+            .normal_stress_pa
+            .iter()
+            .enumerate()
+            .map(|(n, sigma)| sigma * medium.cell_m(n))
+            .collect();
     }
     let (load, slider) = (&scenario.normal_load, &scenario.slider);
     let mut loads_n = load::tilted(load.total_n, load.tilt, slider.blocks as usize, slider.across as usize);
@@ -327,8 +332,8 @@ impl Springs {
         let nodes = counts.map(|count| count as f64).into_iter().product::<f64>();
         let medium = Some(&scenario.medium).filter(|_| slider.is_in_medium());
         // Nodes in a medium as if joined by cells of it, which gives them its shear waves.
-        let block_mass_kg = medium
-            .map_or(slider.mass_kg / nodes, |medium| medium.density_kg_per_m3 * spacing_m * spacing_m);
+        let block_mass_kg =
+            medium.map_or(slider.mass_kg / nodes, |medium| medium.density_kg_per_m3 * spacing_m * spacing_m);
         // The shear modulus of planes, `rho c_S^2 = k / (2 L_y) = 3 E / 8`, and of bodies, `k / a`.
         let (table, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
             _ if let Some(medium) = medium => {
@@ -431,7 +436,8 @@ impl Scenario {
         let above = if self.medium.first_node == FirstNode::HalfCell { 0.5 } else { 0.0 };
         // The casts saturate.
         let nearest = |depth_m: &f64| (depth_m / spacing_m - above).round() as usize;
-        let stations = recording.stations_m.iter().map(nearest).map(|n| n.min(self.slider.blocks as usize - 1));
+        let stations =
+            recording.stations_m.iter().map(nearest).map(|n| n.min(self.slider.blocks as usize - 1));
         recording.series_blocks.iter().map(|n| *n as usize - 1).chain(stations).collect()
     }
 

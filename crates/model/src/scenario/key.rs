@@ -89,6 +89,13 @@ impl Key {
         self.defaults.as_ref().map(|[as_coded, as_stated]| if as_coded_set { as_coded } else { as_stated })
     }
 
+    /// Whether it is a list of values by depth, of which there may be a single one, for all depths.
+    pub fn is_by_depth(&self) -> bool {
+        self.path.starts_with("medium.")
+            && matches!(self.kind, Numbers(..))
+            && self.path != "medium.profile_m"
+    }
+
     /// Whether its default depends on the parameter set.
     pub(crate) fn follows_set(&self) -> bool {
         self.defaults.as_ref().is_some_and(|[as_coded, as_stated]| as_coded != as_stated)

@@ -10,7 +10,7 @@ use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
-use crate::scenario::choices::MediumChoice;
+use crate::scenario::choices::{MediumChoice, Start};
 use crate::scenario::key::{AS_CODED, Key, Need};
 use crate::scenario::keys::{KEYS, place};
 use crate::scenario::source::{LayerKind, Refusals};
@@ -160,7 +160,8 @@ pub(crate) fn decide_by_law(values: &mut [Value], refusals: &mut Refusals<'_>) {
         }
         values[at] = fixed;
     }
-    if !law.sticks() && !entries.values.contains_key(START) {
+    let is_left = values[place(START)].as_str() == Some(Start::AtRest.word());
+    if !law.sticks() && is_left && !entries.values.contains_key(START) {
         values[place(START)] = Value::from("loaded");
     }
 }
@@ -272,7 +273,12 @@ mod tests {
         "friction.law = \"velocity-weakening\"\n",
         "friction.law = \"junctions\"\n",
         "friction.law = \"rate-and-state\"\n",
+        MEDIUM,
     ];
+
+    const MEDIUM: &str = "slider.medium = \"half-space\"\ntime.start = \"steady\"\nmedium.direct_effect = [0.01]\n\
+                          medium.evolution_effect = [0.015]\nmedium.critical_slip_m = [1e-3]\n\
+                          medium.normal_stress_pa = [1e6]\n";
 
     /// A value that is no default, as written.
     fn other(key: &Key) -> String {
@@ -299,9 +305,12 @@ mod tests {
                 let plain = Scenario::resolve(&ScenarioSource::new("", *setting)).unwrap();
                 let law = plain.friction.law;
                 let unmet = key.needs.iter().filter(|(need, _)| need.unmet(&plain).is_some());
-                let expected: Vec<&str> = match law.lacks(key.path) {
-                    true => vec![""],
-                    false => unmet.map(|(_, why)| *why).collect(),
+                let outside = super::outside_a_medium(key.path)
+                    .filter(|_| *setting == MEDIUM && key.path != "friction.inertia");
+                let expected: Vec<&str> = match (outside, law.lacks(key.path)) {
+                    (Some(why), _) => vec![why],
+                    (None, true) => vec![""],
+                    (None, false) => unmet.map(|(_, why)| *why).collect(),
                 };
                 let text = format!("{} = {}\n{setting}", key.path, other(key));
                 let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));

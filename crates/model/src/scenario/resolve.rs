@@ -159,7 +159,11 @@ impl Scenario {
             let steps = grid.nearest_step(*time_s).max(1);
             let is_whole = grid.whole_steps(*time_s).is_some_and(|steps| steps > 0);
             // A run of too many steps remains one; a cadence that long is as good as none.
-            if !is_whole && *time_s > 0.0 && !entries.values.contains_key(key) && (key != duration || steps <= MOST_STEPS) {
+            if !is_whole
+                && *time_s > 0.0
+                && !entries.values.contains_key(key)
+                && (key != duration || steps <= MOST_STEPS)
+            {
                 *time_s = in_few_digits(&grid, grid.time_s(steps.min(MOST_STEPS / 2)));
             }
         }
@@ -428,7 +432,7 @@ mod tests {
             (
                 "[drive]\nkind = sides # all\n[slider]\nblocks = 7",
                 "test.toml:2:8: drive.kind: sides lacks its quotes; did you mean side? (accepted: \"side\" or \"top\" \
-                 or \"left-right\" or \"force\")",
+                 or \"left-right\" or \"force\" or \"plate\")",
             ),
             (
                 "drive.kind = side\nfriction.law = rigid",

@@ -26,6 +26,8 @@ pub struct FaultEstimate {
     /// The nucleation length `h* = 2 mu b D_c / (pi sigma (b - a)^2)` (Rubin and Ampuero 2005) over `dz`, the least of all
     /// nodes at which friction weakens with velocity; `None` without any.
     pub nucleation_cells: Option<f64>,
+    /// About how long ruptures run in all, s.
+    pub rupture_time_s: f64,
     /// About how many steps the solver takes, within a factor of 3.
     pub steps: f64,
     /// About how long they take on one core, s, within a factor of 3.
@@ -35,11 +37,11 @@ pub struct FaultEstimate {
 impl FaultEstimate {
     /// That of a plan; `None` without a medium.
     ///
-    /// Runs of BP1-QD at 25 to 200 m take 2,000 steps for each event, and 14 more for each node at which friction weakens,
-    /// as ruptures take longer over more of them. Events come after a slip of half of that of an edge crack as long as
-    /// that part of the fault which drops the stress by `sigma (b - a) ln(V_th / V_p)`; 2.47 m in BP1-QD. An evaluation,
-    /// of which a step takes six, takes 52 ns per node for friction, and 1 ns times `M log2 M` for two transforms of
-    /// length `M`.
+    /// Fitted to BP1-QD at 25 to 200 m. Events come after three quarters of the slip of an edge crack as long as the part
+    /// of the fault where friction weakens, over which the stress drops by `sigma (b - a) ln(V_th / V_p)`, the first one
+    /// after two and a half times that. Each takes 2,000 steps, and 14 more for each node there, and runs over that part
+    /// at `c_s / 28`. An evaluation, of which a step takes six, takes 52 ns per node for friction, and 1 ns times
+    /// `M log2 M` for two transforms of length `M`.
     pub fn of(plan: &Plan) -> Option<FaultEstimate> {
         let (medium, law) = (plan.medium.as_ref()?, plan.friction.law.rate_and_state()?);
         let (mu, dz) = (medium.shear_modulus_pa, medium.spacing_m);
@@ -67,10 +69,11 @@ impl FaultEstimate {
         let velocity = plan.drive.velocity_m_per_s;
         // The mean drop times the length is the sum times `dz`.
         let ln_ratio = (law.event_speed_m_per_s / velocity).ln().max(1.0);
-        let slip_m = sum_pa * dz * ln_ratio / mu;
+        let slip_m = 1.5 * sum_pa * dz * ln_ratio / mu;
         let duration_s = plan.grid.time_s(plan.steps) - plan.grid.time_s(plan.initial.step);
-        let events = if slip_m > 0.0 { velocity * duration_s / slip_m } else { 0.0 };
-        let steps = (1.0 + events) * (2000.0 + 14.0 * count);
+        let recurrences = if slip_m > 0.0 { velocity * duration_s / slip_m } else { 0.0 };
+        let events = (recurrences - 1.5).max(0.5);
+        let steps = events * (2000.0 + 14.0 * count);
         let nodes = medium.nodes() as f64;
         let length = match medium.kind {
             MediumKind::Periodic { .. } => nodes,
@@ -82,6 +85,7 @@ impl FaultEstimate {
             radiation_pa_s_per_m: medium.radiation_pa_s_per_m(),
             cohesive_zone_cells: least(&cohesive_m),
             nucleation_cells: least(&nucleation_m),
+            rupture_time_s: events * 28.0 * count * dz / medium.shear_speed_m_per_s(),
             steps,
             run_time_s: steps * 6.0 * (52e-9 * nodes + 1e-9 * length * length.log2()),
         })

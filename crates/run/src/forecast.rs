@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use asperity_model::theory::medium::FaultEstimate;
 use asperity_model::{Plan, Preview, RecordingPlan, Scenario};
 use asperity_runlog::Content;
 use asperity_simulator::SolverKind;

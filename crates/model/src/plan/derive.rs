@@ -454,9 +454,11 @@ impl Scenario {
         }
     }
 
-    /// Whether sliding contacts or the ends of a chain radiate.
+    /// Whether sliding contacts, nodes in a medium or the ends of a chain radiate.
     pub fn radiates(&self) -> bool {
-        self.contact_law().radiation_kg_per_s() > 0.0 || self.ends().contains(&End::Absorbing)
+        self.slider.is_in_medium()
+            || self.contact_law().radiation_kg_per_s() > 0.0
+            || self.ends().contains(&End::Absorbing)
     }
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.

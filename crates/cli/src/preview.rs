@@ -153,7 +153,9 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
         })
     };
     // What never sticks has no first slip, and not all first slips are predicted.
-    let is_known = |preview: &&&Preview| preview.stability.is_none() && preview.is_predicted;
+    let is_known = |preview: &&&Preview| {
+        preview.stability.is_none() && preview.fault.is_none() && preview.is_predicted
+    };
     let never = previews.iter().filter(is_known).filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),

@@ -72,29 +72,22 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
 
 /// The medium of a fault line, its lengths in cells, and how long a run may take.
 fn of_fault(fault: &FaultEstimate) -> [(&'static str, String); 3] {
-    let FaultEstimate { spacing_m, shear_speed_m_per_s, radiation_pa_s_per_m, .. } = *fault;
-    let length = |cells: Option<f64>| {
-        cells.map_or("none".to_owned(), |cells| {
-            format!("{} m = {} dz", short(cells * spacing_m), short(cells))
-        })
+    let length = |cells: Option<f64>| match cells {
+        Some(cells) => format!("{} m = {} dz", short(cells * fault.spacing_m), short(cells)),
+        None => "none".to_owned(),
     };
-    let medium = format!(
-        "c_s = {} m/s, eta = mu / (2 c_s) = {} Pa s/m",
-        short(shear_speed_m_per_s),
-        short(radiation_pa_s_per_m)
-    );
-    let cells = format!(
-        "dz = {} m, cohesive zone Lambda_0 = {} (warning below {FEWEST_COHESIVE_CELLS}), nucleation length h* = {}",
-        short(spacing_m),
-        length(fault.cohesive_zone_cells),
-        length(fault.nucleation_cells)
-    );
-    let time = format!(
-        "about {:.0e} steps of the solver, {} on one core, within a factor of 3",
-        fault.steps,
-        duration(fault.run_time_s)
-    );
-    [("medium", medium), ("cells", cells), ("estimate", time)]
+    let [speed, radiation] = [fault.shear_speed_m_per_s, fault.radiation_pa_s_per_m].map(short);
+    let [cohesive, nucleation] = [fault.cohesive_zone_cells, fault.nucleation_cells].map(length);
+    let (dz, least) = (short(fault.spacing_m), FEWEST_COHESIVE_CELLS);
+    let (steps, time) = (fault.steps, duration(fault.run_time_s));
+    [
+        ("medium", format!("c_s = {speed} m/s, eta = mu / (2 c_s) = {radiation} Pa s/m")),
+        ("cells", format!("dz = {dz} m, Lambda_0 = {cohesive} (warning below {least}), h* = {nucleation}")),
+        (
+            "estimate",
+            format!("about {steps:.0e} steps of the solver, {time} on one core, within a factor of 3"),
+        ),
+    ]
 }
 
 /// How friction falls over a slip, and the length over which slip nucleates.
@@ -153,9 +146,8 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
         })
     };
     // What never sticks has no first slip, and not all first slips are predicted.
-    let is_known = |preview: &&&Preview| {
-        preview.stability.is_none() && preview.fault.is_none() && preview.is_predicted
-    };
+    let is_known =
+        |preview: &&&Preview| preview.stability.is_none() && preview.fault.is_none() && preview.is_predicted;
     let never = previews.iter().filter(is_known).filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),

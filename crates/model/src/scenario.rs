@@ -149,6 +149,23 @@ impl Slider {
     }
 }
 
+impl Medium {
+    /// The profiles, by key.
+    pub(crate) fn lists(&self) -> [(&'static str, &keys::List); 4] {
+        [
+            ("medium.direct_effect", &self.direct_effect),
+            ("medium.evolution_effect", &self.evolution_effect),
+            ("medium.critical_slip_m", &self.critical_slip_m),
+            ("medium.normal_stress_pa", &self.normal_stress_pa),
+        ]
+    }
+
+    /// Whether a profile has one value, or one for each depth.
+    pub(crate) fn has_values(&self, list: &[f64]) -> bool {
+        list.len() == 1 || (!list.is_empty() && list.len() == self.profile_m.len())
+    }
+}
+
 impl Friction {
     /// Whether a sliding contact re-attaches where its velocity changes sign, whichever way it slid.
     pub(crate) fn is_two_way(&self) -> bool {

@@ -16,6 +16,13 @@ words! {
     }
 }
 
+impl FirstNode {
+    /// Its depth over `dz`.
+    pub fn cells(self) -> f64 {
+        if self == FirstNode::HalfCell { 0.5 } else { 0.0 }
+    }
+}
+
 /// The medium around a fault line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MediumKind {
@@ -63,10 +70,7 @@ impl Medium {
 
     /// Depth of a node, counted from 0.
     pub fn depth_m(&self, node: usize) -> f64 {
-        match self.first_node {
-            FirstNode::Surface => node as f64 * self.spacing_m,
-            FirstNode::HalfCell => (node as f64 + 0.5) * self.spacing_m,
-        }
+        (node as f64 + self.first_node.cells()) * self.spacing_m
     }
 
     /// `c_s = sqrt(mu / rho)`.

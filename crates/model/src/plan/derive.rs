@@ -2,7 +2,6 @@
 
 use crate::body::ends::{EndBond, absorbing_kg_per_s};
 use crate::body::lattice::{self, Lattice};
-use crate::body::medium::FirstNode;
 use crate::law::junctions::Junctions;
 use crate::law::laws::Law;
 use crate::plan::course::{ContactCourse, Course, Swing, by_contact};
@@ -197,11 +196,9 @@ impl Plan {
         }
         plan.initial = SliderState::stuck(&plan);
         if let Some(medium) = &plan.medium {
-            let SliderState { velocity_m_per_s, tangential_force_n, .. } = &mut plan.initial;
-            for (n, force_n) in tangential_force_n.iter_mut().enumerate() {
-                let radiated_pa = medium.radiation_pa_s_per_m() * velocity_m_per_s[n];
-                *force_n = (medium.prestress_pa[n] - radiated_pa) * medium.cell_m(n);
-            }
+            let radiated = medium.radiation_pa_s_per_m();
+            let shear_pa = |n: usize| medium.prestress_pa[n] - radiated * plan.initial.velocity_m_per_s[n];
+            plan.initial.tangential_force_n = (0..blocks).map(|n| shear_pa(n) * medium.cell_m(n)).collect();
         }
         plan
     }
@@ -433,9 +430,8 @@ impl Scenario {
     /// The blocks that series have, counted from 0: those of a list, or the nodes nearest to stations.
     pub(crate) fn series_nodes(&self) -> Vec<usize> {
         let (recording, spacing_m) = (&self.recording, self.slider.spacing_m());
-        let above = if self.medium.first_node == FirstNode::HalfCell { 0.5 } else { 0.0 };
         // The casts saturate.
-        let nearest = |depth_m: &f64| (depth_m / spacing_m - above).round() as usize;
+        let nearest = |depth_m: &f64| (depth_m / spacing_m - self.medium.first_node.cells()).round() as usize;
         let stations =
             recording.stations_m.iter().map(nearest).map(|n| n.min(self.slider.blocks as usize - 1));
         recording.series_blocks.iter().map(|n| *n as usize - 1).chain(stations).collect()

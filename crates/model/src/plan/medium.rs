@@ -4,6 +4,7 @@ use crate::body::medium::{Medium, MediumKind};
 use crate::law::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
 use crate::scenario::choices::{MediumChoice, Start};
+use crate::scenario::keys::List;
 
 /// From this on, `ln sinh x` is `x - ln 2` to `e^(-2 x)`, less than rounding.
 const LARGE: f64 = 20.0;
@@ -33,29 +34,16 @@ impl FaultLine {
             MediumChoice::WholeSpace => MediumKind::WholeSpace,
             MediumChoice::Periodic => MediumKind::Periodic { width_m: keys.width_m },
         };
-        let lists =
-            [&keys.direct_effect, &keys.evolution_effect, &keys.critical_slip_m, &keys.normal_stress_pa];
-        let knots = keys.profile_m.len();
-        if lists.iter().any(|list| list.len() != 1 && (list.is_empty() || list.len() != knots)) {
+        let lists = keys.lists().map(|(_, list)| list);
+        if !lists.iter().all(|list| keys.has_values(list)) {
             return None;
         }
-        let mut medium = Medium {
-            kind,
-            first_node: keys.first_node,
-            shear_modulus_pa: keys.shear_modulus_pa,
-            density_kg_per_m3: keys.density_kg_per_m3,
-            spacing_m: slider.spacing_m(),
-            direct_effect: vec![0.0; slider.blocks as usize],
-            evolution_effect: Vec::new(),
-            critical_slip_m: Vec::new(),
-            normal_stress_pa: Vec::new(),
-            prestress_pa: Vec::new(),
-        };
-        let nodes = 0..slider.blocks as usize;
-        let by_node = |values: &[f64]| {
-            nodes.clone().map(|n| at_depth(&keys.profile_m, values, medium.depth_m(n))).collect::<Vec<f64>>()
-        };
-        let [a, b, slip_m, sigma_pa] = lists.map(|list| by_node(list));
+        let (dz_m, nodes) = (slider.spacing_m(), 0..slider.blocks as usize);
+        let depth_m = |n: usize| (n as f64 + keys.first_node.cells()) * dz_m;
+        let by_node =
+            |list: &List| nodes.clone().map(|n| at_depth(&keys.profile_m, list, depth_m(n))).collect();
+        let [a, b, critical_slip_m, sigma_pa]: [Vec<f64>; 4] = lists.map(by_node);
+        let eta = 0.5 * (keys.shear_modulus_pa * keys.density_kg_per_m3).sqrt();
         let is_uniform = scenario.time.start == Start::Uniform;
         let velocity_m_per_s = match scenario.friction.initial_velocity_m_per_s {
             0.0 if is_uniform => velocity,
@@ -67,27 +55,30 @@ impl FaultLine {
             let law = RateAndState { direct_effect: a[n], ..law };
             sigma_pa[n] * law.coefficient(velocity_m_per_s, f0 + b[n] * phi)
         };
-        let radiated_pa = medium.radiation_pa_s_per_m() * velocity_m_per_s;
-        let (states, prestress_pa): (Vec<f64>, Vec<f64>) = if is_uniform {
+        let (states, friction_pa): (Vec<f64>, Vec<f64>) = if is_uniform {
             let strongest = nodes.clone().fold(0, |most, n| if a[n] > a[most] { n } else { most });
-            let rubbing_pa = friction_pa(strongest, libm::log(v0 / velocity_m_per_s));
+            let even_pa = friction_pa(strongest, libm::log(v0 / velocity_m_per_s));
             let state = |n: usize| {
-                let x = rubbing_pa / (a[n] * sigma_pa[n]);
+                let x = even_pa / (a[n] * sigma_pa[n]);
                 let ln_sinh = if x > LARGE { x - std::f64::consts::LN_2 } else { libm::log(libm::sinh(x)) };
                 (a[n] / b[n]) * (libm::log(2.0 * v0 / velocity_m_per_s) + ln_sinh) - f0 / b[n]
             };
-            nodes.map(|n| (state(n), rubbing_pa + radiated_pa)).unzip()
+            nodes.map(|n| (state(n), even_pa)).unzip()
         } else {
             let phi = libm::log(v0 * keys.initial_theta_ratio / velocity);
-            nodes.map(|n| (phi, friction_pa(n, phi) + radiated_pa)).unzip()
+            nodes.map(|n| (phi, friction_pa(n, phi))).unzip()
         };
-        medium = Medium {
+        let medium = Medium {
+            kind,
+            first_node: keys.first_node,
+            shear_modulus_pa: keys.shear_modulus_pa,
+            density_kg_per_m3: keys.density_kg_per_m3,
+            spacing_m: dz_m,
+            prestress_pa: friction_pa.iter().map(|pa| pa + eta * velocity_m_per_s).collect(),
             direct_effect: a,
             evolution_effect: b,
-            critical_slip_m: slip_m,
+            critical_slip_m,
             normal_stress_pa: sigma_pa,
-            prestress_pa,
-            ..medium
         };
         Some(FaultLine { medium, velocity_m_per_s, states })
     }
@@ -213,7 +204,7 @@ mod tests {
         let logged = ScenarioSource::logged("run.mcap", scenario.to_commented_toml());
         assert_eq!(Scenario::resolve(&logged).unwrap(), scenario);
         for (rows, problem) in [
-            ("1,1,1,1,1\n1,1,1,1,1\n", "csv:3: depth_m is 1, not above the row before"),
+            ("1,1,1,1,1\n1,1,1,1,1\n", "csv:3: depth_m is 1"),
             ("1,1,1,1,1\n2,1,1,1,0\n", "csv:3: critical_slip_m is 0"),
             ("-1,1,1,1,1\n", "csv:2: depth_m is -1"),
             ("1,1,x,1,1\n", "csv:2: direct_effect of \"1,1,x,1,1\" is not a finite number"),

@@ -27,66 +27,20 @@ static LACKED: LazyLock<Vec<(FrictionLaw, Vec<usize>)>> = LazyLock::new(|| {
     FrictionLaw::ALL.iter().map(|law| (*law, lacked(law))).collect()
 });
 
-/// What keys are in a medium: their paths or how these begin, and why no other value has a meaning there.
-const OUTSIDE_A_MEDIUM: &[(&str, &[&str])] = &[
-    ("its nodes slip by rate-and-state friction without inertia", &["friction.law", "friction.inertia"]),
-    (
-        "nodes of a fault line are neither wide nor joined by bonds",
-        &[
-            "slider.across",
-            "slider.rows",
-            "slider.width_m",
-            "slider.height_m",
-            "slider.mass_kg",
-            "slider.youngs_modulus_pa",
-            "slider.relative_damping",
-            "slider.left_end",
-            "slider.right_end",
-        ],
-    ),
-    ("it radiates by eta = mu / (2 c_s)", &["friction.radiation_kg_per_s"]),
-    (
-        "[medium] has friction and load by depth",
-        &[
-            "friction.direct_effect",
-            "friction.evolution_effect",
-            "friction.evolution_offsets",
-            "friction.critical_slip_m",
-            "normal_load.",
-            "disorder.",
-        ],
-    ),
-    (
-        "the plate below the fault line is its drive, at a constant velocity",
-        &[
-            "drive.kind",
-            "drive.stiffness_n_per_m",
-            "drive.course",
-            "drive.tilt",
-            "drive.decay_length_m",
-            "drive.across",
-            "drive.height_m",
-            "drive.hold_from_s",
-            "drive.until_load_ratio",
-        ],
-    ),
-    (
-        "stress and states at the start follow from time.start",
-        &[
-            "initial_shear.",
-            "prestress.",
-            "initial_velocity.",
-            "friction.initial_velocities_m_per_s",
-            "friction.initial_theta",
-            "friction.initial_csv",
-        ],
-    ),
-];
+/// The keys that have one value in a medium, or how their paths begin.
+const FIXED_IN_A_MEDIUM: &str = "friction.law friction.inertia friction.radiation_kg_per_s friction.direct_effect \
+    friction.evolution_effect friction.evolution_offsets friction.critical_slip_m friction.initial_velocities_m_per_s \
+    friction.initial_theta friction.initial_csv slider.across slider.rows slider.width_m slider.height_m slider.mass_kg \
+    slider.youngs_modulus_pa slider.relative_damping slider.left_end slider.right_end drive.kind drive.stiffness_n_per_m \
+    drive.course drive.tilt drive.decay_length_m drive.across drive.height_m drive.hold_from_s drive.until_load_ratio \
+    normal_load. disorder. initial_shear. prestress. initial_velocity.";
 
-/// Why a key has no other value in a medium; `None` for those that have.
-fn outside_a_medium(path: &str) -> Option<&'static str> {
-    let is_of = |(_, begins): &&(&str, &[&str])| begins.iter().any(|begins| path.starts_with(begins));
-    OUTSIDE_A_MEDIUM.iter().find(is_of).map(|(why, _)| *why)
+/// Why they have.
+const IN_A_MEDIUM: &str =
+    "its nodes have neither bonds nor inertia, and [medium] has their friction, load and start";
+
+fn is_fixed_in_a_medium(path: &str) -> bool {
+    FIXED_IN_A_MEDIUM.split(' ').any(|begins| path.starts_with(begins))
 }
 
 /// What a key is in a medium where it is not written, and where nothing else may be.
@@ -111,21 +65,21 @@ pub(crate) fn decide_by_medium(values: &mut [Value], refusals: &mut Refusals<'_>
     }
     let is_as_coded = values[place("parameter_set")].as_str() == Some(AS_CODED);
     for (at, key) in KEYS.iter().enumerate() {
-        let (own, outside) = (default_in_a_medium(key.path), outside_a_medium(key.path));
+        let (own, is_fixed) = (default_in_a_medium(key.path), is_fixed_in_a_medium(key.path));
         let written = stand_ins::written(key, refusals.entries);
-        if outside.is_none() && (own.is_none() || written.is_some()) {
+        if !is_fixed && (own.is_none() || written.is_some()) {
             continue;
         }
-        let default = || key.default_in(is_as_coded).expect("only keys of windows lack one").clone();
-        let value = own.unwrap_or_else(default);
-        // Whatever a log has there means nothing; the mass follows from the sides.
-        let is_other = |key: &&Key| {
-            let is_logged = refusals.entries.values[key.path].layer == LayerKind::Log;
-            !is_logged && (key.path != KEYS[at].path || values[at] != value)
+        let value =
+            own.or_else(|| key.default_in(is_as_coded).cloned()).expect("only keys of windows lack one");
+        // What a log has there means nothing, and a mass that is not written follows from the sides.
+        let is_other = |of: &&Key| {
+            refusals.entries.values[of.path].layer != LayerKind::Log
+                && (values[at] != value || of.path != key.path)
         };
-        if let Some((key, why)) = written.filter(is_other).zip(outside) {
+        if let Some(other) = written.filter(is_other).filter(|_| is_fixed) {
             let of = format!("slider.medium = {medium}");
-            refusals.refuse_without_meaning(key, &value, &of, why, "slider.medium = \"none\"");
+            refusals.refuse_without_meaning(other, &value, &of, IN_A_MEDIUM, "slider.medium = \"none\"");
         }
         values[at] = value;
     }
@@ -305,12 +259,13 @@ mod tests {
                 let plain = Scenario::resolve(&ScenarioSource::new("", *setting)).unwrap();
                 let law = plain.friction.law;
                 let unmet = key.needs.iter().filter(|(need, _)| need.unmet(&plain).is_some());
-                let outside = super::outside_a_medium(key.path)
-                    .filter(|_| *setting == MEDIUM && key.path != "friction.inertia");
-                let expected: Vec<&str> = match (outside, law.lacks(key.path)) {
-                    (Some(why), _) => vec![why],
-                    (None, true) => vec![""],
-                    (None, false) => unmet.map(|(_, why)| *why).collect(),
+                let is_fixed = *setting == MEDIUM && super::is_fixed_in_a_medium(key.path);
+                let expected: Vec<&str> = match (is_fixed, law.lacks(key.path)) {
+                    // What is written there is what it is.
+                    (true, _) if key.path == "friction.inertia" => vec![],
+                    (true, _) => vec![super::IN_A_MEDIUM],
+                    (false, true) => vec![""],
+                    (false, false) => unmet.map(|(_, why)| *why).collect(),
                 };
                 let text = format!("{} = {}\n{setting}", key.path, other(key));
                 let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));

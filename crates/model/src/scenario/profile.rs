@@ -92,13 +92,8 @@ const DEPTH_COLUMNS: [&str; 5] =
     ["depth_m", "direct_effect", "evolution_effect", "critical_slip_m", "normal_stress_pa"];
 
 /// The format of such a profile, as stated in errors.
-pub(crate) fn accepted_depths() -> String {
-    let names = DEPTH_COLUMNS.join(",");
-    format!(
-        "a CSV file with the header {names} and rows by ascending depth_m from 0, with evolution_effect from 0 and the \
-         others above 0"
-    )
-}
+pub(crate) const ACCEPTED_DEPTHS: &str = "a CSV file with the header depth_m,direct_effect,evolution_effect,critical_slip_m,normal_stress_pa and rows by \
+     ascending depth_m from 0, evolution_effect from 0, the others above 0";
 
 /// Reads a profile over depth: depths, and the values at them.
 ///
@@ -106,19 +101,12 @@ pub(crate) fn accepted_depths() -> String {
 /// If it is not of that kind.
 pub(crate) fn parse_depths(text: &str) -> Result<[Vec<f64>; 5], Wrong> {
     let (lines, columns) = columns(text, DEPTH_COLUMNS, true)?;
-    for (n, line) in lines.iter().enumerate() {
-        for (name, column) in DEPTH_COLUMNS.iter().zip(&columns) {
-            let is_in_range = if ["depth_m", "evolution_effect"].contains(name) {
-                column[n] >= 0.0
-            } else {
-                column[n] > 0.0
-            };
-            if !is_in_range {
-                return Err((*line, format!("{name} is {}", column[n])));
-            }
-        }
-        if n > 0 && columns[0][n] <= columns[0][n - 1] {
-            return Err((*line, format!("depth_m is {}, not above the row before", columns[0][n])));
+    for (place, column) in columns.iter().enumerate() {
+        let descends = |n: usize| place == 0 && n > 0 && column[n] <= column[n - 1];
+        let is_wrong =
+            |&n: &usize| column[n] < 0.0 || (column[n] == 0.0 && ![0, 2].contains(&place)) || descends(n);
+        if let Some(n) = (0..lines.len()).find(is_wrong) {
+            return Err((lines[n], format!("{} is {}", DEPTH_COLUMNS[place], column[n])));
         }
     }
     Ok(columns)

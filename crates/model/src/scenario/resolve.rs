@@ -205,7 +205,7 @@ impl Scenario {
             ("medium.critical_slip_m", &mut medium.critical_slip_m),
             ("medium.normal_stress_pa", &mut medium.normal_stress_pa),
         ];
-        let (file, accepted) = (&medium.profile_csv, profile::accepted_depths());
+        let (file, accepted) = (&medium.profile_csv, profile::ACCEPTED_DEPTHS.to_owned());
         reading.lists(("medium.profile_csv", file), of_depths, profile::parse_depths, accepted);
         let of_load = [
             ("normal_load.course_s", &mut load.course_s),

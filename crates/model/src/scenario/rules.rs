@@ -42,7 +42,6 @@ const RULES: &[Rule] = &[
     bodies::lattices_are_square_and_known,
     bodies::contacts_over_an_area_turn,
     both_ends_are_periodic_or_none,
-    medium::plates_are_below_a_medium,
     medium::a_fault_line_is_known,
     rate_and_state::steady_sliding_is_a_start,
     weakening::weakening_is_known,

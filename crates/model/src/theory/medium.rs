@@ -44,37 +44,26 @@ impl FaultEstimate {
     /// `M log2 M` for two transforms of length `M`.
     pub fn of(plan: &Plan) -> Option<FaultEstimate> {
         let (medium, law) = (plan.medium.as_ref()?, plan.friction.law.rate_and_state()?);
-        let (mu, dz) = (medium.shear_modulus_pa, medium.spacing_m);
-        let numbers = |n: usize| {
-            let (a, b) = (medium.direct_effect[n], medium.evolution_effect[n]);
-            (b, b - a, medium.critical_slip_m[n], medium.normal_stress_pa[n])
-        };
-        let least = |length_m: &dyn Fn(usize) -> f64| {
-            let least_m = (0..medium.nodes()).map(length_m).fold(f64::INFINITY, f64::min);
-            Some(least_m / dz).filter(|cells| cells.is_finite())
-        };
-        let cohesive_m = |n: usize| {
-            let (b, _, slip_m, sigma_pa) = numbers(n);
-            9.0 * PI / 32.0 * mu * slip_m / (b * sigma_pa)
-        };
-        let nucleation_m = |n: usize| match numbers(n) {
-            (b, weakening, slip_m, sigma_pa) if weakening > 0.0 => {
-                2.0 * mu * b * slip_m / (PI * sigma_pa * weakening * weakening)
+        let (mu, dz, velocity) = (medium.shear_modulus_pa, medium.spacing_m, plan.drive.velocity_m_per_s);
+        let (mut cohesive_m, mut nucleation_m) = (f64::INFINITY, f64::INFINITY);
+        let (mut weak_nodes, mut weakening_pa) = (0.0, 0.0);
+        for n in 0..medium.nodes() {
+            let (b, weakening) =
+                (medium.evolution_effect[n], medium.evolution_effect[n] - medium.direct_effect[n]);
+            let (stiff_m, sigma_pa) = (mu * medium.critical_slip_m[n], medium.normal_stress_pa[n]);
+            cohesive_m = cohesive_m.min(9.0 * PI / 32.0 * stiff_m / (b * sigma_pa));
+            if weakening > 0.0 {
+                nucleation_m = nucleation_m.min(2.0 * stiff_m * b / (PI * sigma_pa * weakening * weakening));
+                weak_nodes += 1.0;
+                weakening_pa += weakening * sigma_pa;
             }
-            _ => f64::INFINITY,
-        };
-        let weakening = (0..medium.nodes()).map(|n| (numbers(n).1 * numbers(n).3).max(0.0));
-        let (count, sum_pa) =
-            weakening.filter(|of| *of > 0.0).fold((0.0, 0.0), |(n, sum), of| (n + 1.0, sum + of));
-        let velocity = plan.drive.velocity_m_per_s;
-        // The mean drop times the length is the sum times `dz`.
-        let ln_ratio = (law.event_speed_m_per_s / velocity).ln().max(1.0);
-        let slip_m = 1.5 * sum_pa * dz * ln_ratio / mu;
-        let duration_s = plan.grid.time_s(plan.steps) - plan.grid.time_s(plan.initial.step);
-        let recurrences = if slip_m > 0.0 { velocity * duration_s / slip_m } else { 0.0 };
-        let events = (recurrences - 1.5).max(0.5);
-        let steps = events * (2000.0 + 14.0 * count);
-        let nodes = medium.nodes() as f64;
+        }
+        let ln_ratio = libm::log(law.event_speed_m_per_s / velocity).max(1.0);
+        let duration_s = plan.grid.time_s(plan.steps - plan.initial.step);
+        let recurrences =
+            velocity * duration_s * mu / (1.5 * weakening_pa * dz * ln_ratio).max(f64::MIN_POSITIVE);
+        let events = if weak_nodes > 0.0 { (recurrences - 1.5).max(0.5) } else { 0.5 };
+        let (steps, nodes) = (events * (2000.0 + 14.0 * weak_nodes), medium.nodes() as f64);
         let length = match medium.kind {
             MediumKind::Periodic { .. } => nodes,
             MediumKind::HalfSpace | MediumKind::WholeSpace => (4.0 * nodes).log2().ceil().exp2(),
@@ -83,9 +72,9 @@ impl FaultEstimate {
             spacing_m: dz,
             shear_speed_m_per_s: medium.shear_speed_m_per_s(),
             radiation_pa_s_per_m: medium.radiation_pa_s_per_m(),
-            cohesive_zone_cells: least(&cohesive_m),
-            nucleation_cells: least(&nucleation_m),
-            rupture_time_s: events * 28.0 * count * dz / medium.shear_speed_m_per_s(),
+            cohesive_zone_cells: Some(cohesive_m / dz).filter(|cells| cells.is_finite()),
+            nucleation_cells: Some(nucleation_m / dz).filter(|cells| cells.is_finite()),
+            rupture_time_s: events * 28.0 * weak_nodes * dz / medium.shear_speed_m_per_s(),
             steps,
             run_time_s: steps * 6.0 * (52e-9 * nodes + 1e-9 * length * length.log2()),
         })

@@ -31,7 +31,7 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
     };
     let is_free = (0..slider.contacts() as usize).all(begins) || scenario.initial.is_given();
     let slow = scenario.speed_at_start_m_per_s();
-    if drive.velocity_m_per_s == 0.0 && !is_free && !slider.is_in_medium() {
+    if drive.velocity_m_per_s == 0.0 && !is_free {
         refusals.refuse(
             "drive.velocity_m_per_s",
             "0: contacts begin in the state of steady sliding at this velocity",

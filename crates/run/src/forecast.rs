@@ -3,7 +3,6 @@
 
 use std::time::{Duration, Instant};
 
-use asperity_model::theory::medium::FaultEstimate;
 use asperity_model::{Plan, Preview, RecordingPlan, Scenario};
 use asperity_runlog::Content;
 use asperity_simulator::SolverKind;
@@ -136,13 +135,9 @@ impl LogEstimate {
         let of_windows = windows.iter().map(|window| {
             ((window.to_step - window.from_step) / window.every_steps + 1, window.blocks.len())
         });
-        // As if the required number of blocks slid all the time, but on a fault that is known to rest for centuries.
-        let rupture_s = FaultEstimate::of(plan).map_or(f64::INFINITY, |fault| fault.rupture_time_s);
-        let of_rupture = rupture_fields.map(|fields| {
-            // The cast saturates.
-            let most = (rupture_s / plan.grid.time_s(fields.every_steps)) as u64;
-            (on_cadence(fields.every_steps).min(most), plan.blocks)
-        });
+        // As if the required number of blocks slid all the time, but on a fault that rests for centuries.
+        let rupture_fields = rupture_fields.filter(|_| plan.medium.is_none());
+        let of_rupture = rupture_fields.map(|fields| (on_cadence(fields.every_steps), plan.blocks));
         let of_windows: Vec<(u64, usize)> = of_windows.chain(of_rupture).collect();
         let parts = header(scenario, plan, SolverKind::Plain.name()).parts();
         let (axes, count) = (1 + usize::from(parts.area), |is_there: bool| usize::from(is_there));

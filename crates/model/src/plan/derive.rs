@@ -127,10 +127,7 @@ impl Plan {
                 ageing,
                 evolution_effects: evolution_effects(scenario),
             },
-            total_normal_load_n: match scenario.slider.is_in_medium() {
-                true => normal_load_n.iter().sum(),
-                false => load.total_n,
-            },
+            total_normal_load_n: load.total_n,
             load_course: Course::new(
                 1.0,
                 load.schedule_s.iter().map(|time_s| steps(*time_s)).collect(),
@@ -188,6 +185,7 @@ impl Plan {
             Some(_) if let Some(FaultLine { medium, velocity_m_per_s, states }) = fault => {
                 plan.initial.velocity_m_per_s = vec![velocity_m_per_s; blocks];
                 plan.initial.friction_state = states;
+                plan.total_normal_load_n = plan.normal_load_n.iter().sum();
                 plan.medium = Some(Box::new(medium));
             }
             Some(law) => initial::start_in_state(&mut plan, scenario, &law, &start_n),
@@ -358,10 +356,7 @@ impl Springs {
         };
         let elastic = Lattice {
             stiffness_n_per_m,
-            damping_kg_per_s: match medium {
-                Some(_) => 0.0,
-                None => slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
-            },
+            damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
             foundation_n_per_m: foundation_ratio * stiffness_n_per_m,
             ..Lattice::of(table, counts)
         };

@@ -52,7 +52,7 @@ fn default_in_a_medium(path: &str) -> Option<Value> {
         START => "uniform".into(),
         "time.step_s" => 1e-3.into(),
         "time.tolerance" => 1e-6.into(),
-        "recording.sample_s" | "recording.fields_s" => 0.0.into(),
+        "slider.relative_damping" | "recording.sample_s" | "recording.fields_s" => 0.0.into(),
         _ => return None,
     })
 }

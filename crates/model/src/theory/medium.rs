@@ -26,8 +26,6 @@ pub struct FaultEstimate {
     /// The nucleation length `h* = 2 mu b D_c / (pi sigma (b - a)^2)` (Rubin and Ampuero 2005) over `dz`, the least of all
     /// nodes at which friction weakens with velocity; `None` without any.
     pub nucleation_cells: Option<f64>,
-    /// About how long ruptures run in all, s.
-    pub rupture_time_s: f64,
     /// About how many steps the solver takes, within a factor of 3.
     pub steps: f64,
     /// About how long they take on one core, s, within a factor of 3.
@@ -39,9 +37,8 @@ impl FaultEstimate {
     ///
     /// Fitted to BP1-QD at 25 to 200 m. Events come after three quarters of the slip of an edge crack as long as the part
     /// of the fault where friction weakens, over which the stress drops by `sigma (b - a) ln(V_th / V_p)`, the first one
-    /// after two and a half times that. Each takes 2,000 steps, and 14 more for each node there, and runs over that part
-    /// at `c_s / 28`. An evaluation, of which a step takes six, takes 52 ns per node for friction, and 1 ns times
-    /// `M log2 M` for two transforms of length `M`.
+    /// after two and a half times that. Each takes 2,000 steps, and 14 more for each node there. An evaluation, of which a
+    /// step takes six, takes 52 ns per node for friction, and 1 ns times `M log2 M` for two transforms of length `M`.
     pub fn of(plan: &Plan) -> Option<FaultEstimate> {
         let (medium, law) = (plan.medium.as_ref()?, plan.friction.law.rate_and_state()?);
         let (mu, dz, velocity) = (medium.shear_modulus_pa, medium.spacing_m, plan.drive.velocity_m_per_s);
@@ -74,7 +71,6 @@ impl FaultEstimate {
             radiation_pa_s_per_m: medium.radiation_pa_s_per_m(),
             cohesive_zone_cells: Some(cohesive_m / dz).filter(|cells| cells.is_finite()),
             nucleation_cells: Some(nucleation_m / dz).filter(|cells| cells.is_finite()),
-            rupture_time_s: events * 28.0 * weak_nodes * dz / medium.shear_speed_m_per_s(),
             steps,
             run_time_s: steps * 6.0 * (52e-9 * nodes + 1e-9 * length * length.log2()),
         })

@@ -107,7 +107,12 @@ impl Case {
         match day {
             Day::Whole => {
                 // The slab needs a minute; running up to its first precursor is enough here.
-                let until = (self.scenario == "slab").then(|| lasting(0.2));
+                let until = match self.scenario {
+                    "slab" => Some(lasting(0.2)),
+                    // 1600 nodes until behind the first earthquake.
+                    "seas-bp1-qd" | "seas-bp2-qd" => Some(lasting(6.2e9)),
+                    _ => None,
+                };
                 self.run(until.as_slice(), log)?;
                 // All but those that are about damping alone slip.
                 (self.name == "ring-down" || !onsets(log).is_empty()).then_some(())

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use asperity_model::scenario::text::short;
+use asperity_model::theory::medium::{FEWEST_COHESIVE_CELLS, FaultEstimate};
 use asperity_model::theory::stability::FEWEST_NUCLEATION_BLOCKS;
 use asperity_model::theory::weakening::Weakening;
 use asperity_model::{Plan, Preview, Scenario, Stability, Warning};
 use asperity_record::counted;
+
+use crate::validate::duration;
 
 /// Material, load and first slip of a run, one line each, with the topic of the line; of a run in which nothing
 /// sticks, material, stability and nucleation.
@@ -29,6 +32,9 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
             short(scenario.scales().wave_speed_m_per_s())
         ),
     };
+    if let Some(fault) = preview.fault {
+        return of_fault(&fault);
+    }
     if let Some(stability) = preview.stability {
         let [stability, nucleation] = of_sliding(scenario, &stability);
         return [("material", material), ("stability", stability), ("nucleation", nucleation)];
@@ -62,6 +68,26 @@ pub(crate) fn lines(scenario: &Scenario, preview: &Preview) -> [(&'static str, S
         (None, _) => "never".to_owned(),
     };
     [("material", material), ("load", load), ("first slip", first_slip)]
+}
+
+/// The medium of a fault line, its lengths in cells, and how long a run may take.
+fn of_fault(fault: &FaultEstimate) -> [(&'static str, String); 3] {
+    let length = |cells: Option<f64>| match cells {
+        Some(cells) => format!("{} m = {} dz", short(cells * fault.spacing_m), short(cells)),
+        None => "none".to_owned(),
+    };
+    let [speed, radiation] = [fault.shear_speed_m_per_s, fault.radiation_pa_s_per_m].map(short);
+    let [cohesive, nucleation] = [fault.cohesive_zone_cells, fault.nucleation_cells].map(length);
+    let (dz, least) = (short(fault.spacing_m), FEWEST_COHESIVE_CELLS);
+    let (steps, time) = (fault.steps, duration(fault.run_time_s));
+    [
+        ("medium", format!("c_s = {speed} m/s, eta = mu / (2 c_s) = {radiation} Pa s/m")),
+        ("cells", format!("dz = {dz} m, Lambda_0 = {cohesive} (warning below {least}), h* = {nucleation}")),
+        (
+            "estimate",
+            format!("about {steps:.0e} steps of the solver, {time} on one core, within a factor of 3"),
+        ),
+    ]
 }
 
 /// How friction falls over a slip, and the length over which slip nucleates.
@@ -120,7 +146,8 @@ pub(crate) fn ranges(previews: &[&Preview]) -> Option<String> {
         })
     };
     // What never sticks has no first slip, and not all first slips are predicted.
-    let is_known = |preview: &&&Preview| preview.stability.is_none() && preview.is_predicted;
+    let is_known =
+        |preview: &&&Preview| preview.stability.is_none() && preview.fault.is_none() && preview.is_predicted;
     let never = previews.iter().filter(is_known).filter(|preview| preview.first_slip_s.is_none()).count();
     let slip = match (range(|preview| preview.first_slip_s), never) {
         (Some(range), 0) => Some(format!("the first slip comes at {range} s")),

@@ -113,7 +113,7 @@ fn bytes(count: u64) -> String {
 }
 
 /// Two digits, in a suitable unit.
-fn duration(time_s: f64) -> String {
+pub(crate) fn duration(time_s: f64) -> String {
     let (unit_s, name) = match time_s {
         ..1e-3 => (1e-6, "us"),
         ..1.0 => (1e-3, "ms"),

@@ -9,6 +9,7 @@ pub mod initial;
 pub mod junction_state;
 pub mod ledger;
 pub mod load;
+pub(crate) mod medium;
 pub mod outside;
 pub mod slab;
 pub(crate) mod splitmix;
@@ -318,7 +319,7 @@ impl Plan {
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
-        self.elastic.has_theory() && self.end_bonds.is_empty()
+        self.medium.is_none() && self.elastic.has_theory() && self.end_bonds.is_empty()
     }
 
     /// Whether it is a chain with free ends whose stuck blocks have springs, so that force decays along it.

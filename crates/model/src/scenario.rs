@@ -30,12 +30,12 @@ use toml::Value;
 
 use crate::body::elastic::gaps;
 use crate::law::laws::Law;
-use crate::law::rate_and_state::{EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
+use crate::law::rate_and_state::{EVENT_SPEED_IN_MEDIUM_M_PER_S, EVENT_SPEED_RATIO, EVENT_SPEED_SHARE};
 use crate::plan::disorder::Quantity;
-use crate::scenario::choices::{DriveKind, ParameterSet, Reattach};
+use crate::scenario::choices::{DriveKind, MediumChoice, ParameterSet, Reattach};
 pub use crate::scenario::keys::{
-    Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress,
-    Recording, Slider, Time, Window,
+    Detection, Disorder, Drive, Friction, Initial, InitialShear, InitialVelocity, Medium, NormalLoad,
+    Prestress, Recording, Slider, Time, Window,
 };
 use crate::scenario::keys::{KEYS, Key, WINDOW, section};
 
@@ -77,6 +77,7 @@ macro_rules! scenario {
 
 scenario! {
     slider: Slider,
+    medium: Medium,
     friction: Friction,
     drive: Drive,
     normal_load: NormalLoad,
@@ -134,9 +135,34 @@ impl Slider {
         self.youngs_modulus_pa * gaps * self.width_m * self.height_m / self.length_m
     }
 
-    /// The spacing of nodes, `a`.
+    /// Whether its blocks are nodes of a fault line in a medium.
+    pub fn is_in_medium(&self) -> bool {
+        self.medium != MediumChoice::None
+    }
+
+    /// The spacing of nodes, `a`; in a medium `dz`.
     pub fn spacing_m(&self) -> f64 {
+        if self.is_in_medium() {
+            return self.length_m / f64::from(self.blocks);
+        }
         self.length_m / gaps(self.blocks as usize) as f64
+    }
+}
+
+impl Medium {
+    /// The profiles, by key.
+    pub(crate) fn lists(&self) -> [(&'static str, &keys::List); 4] {
+        [
+            ("medium.direct_effect", &self.direct_effect),
+            ("medium.evolution_effect", &self.evolution_effect),
+            ("medium.critical_slip_m", &self.critical_slip_m),
+            ("medium.normal_stress_pa", &self.normal_stress_pa),
+        ]
+    }
+
+    /// Whether a profile has one value, or one for each depth.
+    pub(crate) fn has_values(&self, list: &[f64]) -> bool {
+        list.len() == 1 || (!list.is_empty() && list.len() == self.profile_m.len())
     }
 }
 
@@ -187,6 +213,9 @@ impl Scenario {
 
     /// `V_th` without a key: a short part of a course that is far faster than the start hides no slips.
     pub(crate) fn default_event_speed_m_per_s(&self) -> f64 {
+        if self.slider.is_in_medium() {
+            return EVENT_SPEED_IN_MEDIUM_M_PER_S;
+        }
         let (slider, friction, drive) = (&self.slider, &self.friction, &self.drive);
         let blocks = f64::from(slider.contacts());
         let load_n = self.normal_load.total_n / blocks;
@@ -223,9 +252,10 @@ impl Scenario {
     }
 
     /// The files that it names, from which its values were read; empty texts for none.
-    pub fn files(&self) -> [&str; 8] {
+    pub fn files(&self) -> [&str; 9] {
         let (shear, prestress, initial) = (&self.initial_shear, &self.prestress, &self.initial);
         [
+            &self.medium.profile_csv,
             &shear.profile_csv,
             &prestress.profile_csv,
             &prestress.course_csv,

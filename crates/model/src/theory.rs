@@ -2,6 +2,7 @@
 
 pub mod analytic;
 pub mod front;
+pub mod medium;
 pub mod preview;
 pub mod stability;
 pub mod weakening;

@@ -60,6 +60,7 @@ fn contact(plan: &Plan) -> &'static str {
 fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
     match kind {
         DriveKind::Force => "a force drives block 1 from the side",
+        DriveKind::Plate => "what is below them drives them",
         _ if plan.drive.springs.is_empty() => "no drive",
         DriveKind::Side => "a spring drives block 1 from the side",
         DriveKind::LeftRight => "springs pull block 1 backwards and the last block forwards",

@@ -135,7 +135,8 @@ impl LogEstimate {
         let of_windows = windows.iter().map(|window| {
             ((window.to_step - window.from_step) / window.every_steps + 1, window.blocks.len())
         });
-        // As if the required number of blocks slid all the time.
+        // As if the required number of blocks slid all the time, but on a fault that rests for centuries.
+        let rupture_fields = rupture_fields.filter(|_| plan.medium.is_none());
         let of_rupture = rupture_fields.map(|fields| (on_cadence(fields.every_steps), plan.blocks));
         let of_windows: Vec<(u64, usize)> = of_windows.chain(of_rupture).collect();
         let parts = header(scenario, plan, SolverKind::Plain.name()).parts();

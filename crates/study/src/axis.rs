@@ -31,7 +31,7 @@ pub(crate) fn spelled(value: &Cell) -> String {
 pub(crate) fn settled(key: &Key, value: &Cell) -> Cell {
     match (key.kind, value) {
         (Kind::Count(..), Cell::Number(number)) => whole(*number).map_or_else(|| value.clone(), Cell::Step),
-        (Kind::Number(..), Cell::Step(number)) => Cell::Number(*number as f64),
+        (Kind::Number(..) | Kind::Numbers(..), Cell::Step(number)) => Cell::Number(*number as f64),
         _ => value.clone(),
     }
 }
@@ -219,10 +219,10 @@ impl Axis {
 /// The column of a key in the tables of a study.
 pub(crate) fn column(key: &Key) -> Column {
     let kind = match key.kind {
-        Kind::Number(..) => ColumnKind::Number,
+        Kind::Number(..) | Kind::Numbers(..) => ColumnKind::Number,
         Kind::Count(..) => ColumnKind::Step,
         Kind::Flag => ColumnKind::Flag,
-        Kind::Word(_) | Kind::Text(_) | Kind::Numbers(..) => ColumnKind::Word,
+        Kind::Word(_) | Kind::Text(_) => ColumnKind::Word,
     };
     Column {
         name: key.path.into(),
@@ -290,14 +290,16 @@ pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
         format!("{path}: unknown key{meant} (accepted: the keys of `asperity scenario show default`)")
     })?;
     match key.kind {
-        Kind::Numbers(..) => Err(format!("{path}: a list cannot be an axis (accepted: keys of one value)")),
+        Kind::Numbers(..) if !key.is_by_depth() => {
+            Err(format!("{path}: a list cannot be an axis (accepted: keys of one value)"))
+        }
         _ => Ok(key),
     }
 }
 
 pub(crate) fn check_value(key: &Key, value: &Cell) -> Result<(), String> {
     let fits = match (key.kind, value) {
-        (Kind::Number(..), Cell::Number(number)) => key.kind.accepts_number(*number),
+        (Kind::Number(..) | Kind::Numbers(..), Cell::Number(number)) => key.kind.accepts_number(*number),
         (Kind::Count(low, high), Cell::Step(number)) => (low..=high).contains(number),
         (Kind::Flag, Cell::Flag(_)) | (Kind::Text(_), Cell::Word(_)) => true,
         (Kind::Word(words), Cell::Word(word)) => words.contains(&&**word),
@@ -314,7 +316,7 @@ impl Range {
     fn check(&self) -> Result<&'static Key, String> {
         let Range { key: name, from, to, spacing } = self;
         let key = key_of(name)?;
-        if !matches!(key.kind, Kind::Number(..) | Kind::Count(..)) {
+        if !matches!(key.kind, Kind::Number(..) | Kind::Numbers(..) | Kind::Count(..)) {
             return Err(format!("{name}: values other than numbers have no range (accepted: values)"));
         }
         if !(from.is_finite() && to.is_finite()) {

@@ -427,7 +427,12 @@ impl Common {
 
     /// The overrides of a run, as `key=value`.
     pub fn assignments(&self, values: &[Cell]) -> Vec<String> {
-        self.keys.iter().zip(values).map(|(key, value)| format!("{key}={}", spelled(value))).collect()
+        let assignment = |(path, value): (&String, &Cell)| match key_of(path) {
+            // Of a list, one value for all depths.
+            Ok(key) if key.is_by_depth() => format!("{path}=[{}]", spelled(value)),
+            _ => format!("{path}={}", spelled(value)),
+        };
+        self.keys.iter().zip(values).map(assignment).collect()
     }
 
     /// The scenario with these values, resolved by this program.

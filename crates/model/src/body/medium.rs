@@ -16,6 +16,13 @@ words! {
     }
 }
 
+impl FirstNode {
+    /// Its depth over `dz`.
+    pub fn cells(self) -> f64 {
+        if self == FirstNode::HalfCell { 0.5 } else { 0.0 }
+    }
+}
+
 /// The medium around a fault line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MediumKind {
@@ -63,10 +70,7 @@ impl Medium {
 
     /// Depth of a node, counted from 0.
     pub fn depth_m(&self, node: usize) -> f64 {
-        match self.first_node {
-            FirstNode::Surface => node as f64 * self.spacing_m,
-            FirstNode::HalfCell => (node as f64 + 0.5) * self.spacing_m,
-        }
+        (node as f64 + self.first_node.cells()) * self.spacing_m
     }
 
     /// `c_s = sqrt(mu / rho)`.
@@ -83,5 +87,10 @@ impl Medium {
     pub fn weight(&self, node: usize) -> f64 {
         let is_at_surface = self.kind == MediumKind::HalfSpace && self.first_node == FirstNode::Surface;
         if node == 0 && is_at_surface { 0.5 } else { 1.0 }
+    }
+
+    /// The height of the cell of a node: stress over it is force per metre of strike.
+    pub fn cell_m(&self, node: usize) -> f64 {
+        self.weight(node) * self.spacing_m
     }
 }

@@ -9,6 +9,7 @@ use crate::plan::disorder::{Quantity, coefficients};
 use crate::plan::given_state::GivenState;
 use crate::plan::initial;
 use crate::plan::load;
+use crate::plan::medium::FaultLine;
 use crate::plan::slab;
 use crate::plan::state::SliderState;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
@@ -176,17 +177,27 @@ impl Plan {
                     }),
                 },
                 series_every: scenario.recording.series_every.into(),
-                series_blocks: scenario.recording.series_blocks.iter().map(|n| *n as usize - 1).collect(),
+                series_blocks: scenario.series_nodes(),
             },
         };
+        let fault = FaultLine::of(scenario);
         match plan.friction.law.rate_and_state() {
-            Some(law) => {
-                initial::start_in_state(&mut plan, scenario, &law, &start_n);
+            Some(_) if let Some(FaultLine { medium, velocity_m_per_s, states }) = fault => {
+                plan.initial.velocity_m_per_s = vec![velocity_m_per_s; blocks];
+                plan.initial.friction_state = states;
+                plan.total_normal_load_n = plan.normal_load_n.iter().sum();
+                plan.medium = Some(Box::new(medium));
             }
+            Some(law) => initial::start_in_state(&mut plan, scenario, &law, &start_n),
             None if scenario.time.start == Start::Loaded => initial::start_loaded(&mut plan),
             None => {}
         }
         plan.initial = SliderState::stuck(&plan);
+        if let Some(medium) = &plan.medium {
+            let radiated = medium.radiation_pa_s_per_m();
+            let shear_pa = |n: usize| medium.prestress_pa[n] - radiated * plan.initial.velocity_m_per_s[n];
+            plan.initial.tangential_force_n = (0..blocks).map(|n| shear_pa(n) * medium.cell_m(n)).collect();
+        }
         plan
     }
 }
@@ -209,7 +220,7 @@ fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> 
             let driven = across.filter(|(lane, _)| is_driven(*lane));
             driven.map(|(_, node)| spring(node, side_stiffness_n_per_m(scenario), 1.0)).collect()
         }
-        DriveKind::Force => Vec::new(),
+        DriveKind::Force | DriveKind::Plate => Vec::new(),
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
@@ -237,6 +248,14 @@ fn drive(scenario: &Scenario, lattice: &Lattice, steps: impl Fn(f64) -> u64) -> 
 /// The normal load of each contact, or of each node at the top of a body on a foundation. Disordered loads are scaled
 /// so that they add up to the total.
 fn pressed_n(scenario: &Scenario) -> Vec<f64> {
+    if let Some(FaultLine { medium, .. }) = FaultLine::of(scenario) {
+        return medium
+            .normal_stress_pa
+            .iter()
+            .enumerate()
+            .map(|(n, sigma)| sigma * medium.cell_m(n))
+            .collect();
+    }
     let (load, slider) = (&scenario.normal_load, &scenario.slider);
     let mut loads_n = load::tilted(load.total_n, load.tilt, slider.blocks as usize, slider.across as usize);
     if !Quantity::Load.is_even(scenario) {
@@ -278,10 +297,16 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
 
 /// `b` of every block, offsets included; empty by laws other than rate-and-state.
 pub(crate) fn evolution_effects(scenario: &Scenario) -> Vec<f64> {
+    if let Some(FaultLine { medium, .. }) = FaultLine::of(scenario) {
+        return medium.evolution_effect;
+    }
     let Some(law) = scenario.contact_law().rate_and_state() else { return Vec::new() };
     let offset = |n: usize| scenario.friction.evolution_offsets.get(n).copied().unwrap_or(0.0);
     (0..scenario.slider.contacts() as usize).map(|n| law.evolution_effect + offset(n)).collect()
 }
+
+/// Link time of ruptures in a medium: in BP1-QD neighbours cross 1 mm/s up to 19 s apart where the tip stops.
+const MEDIUM_LINK_TIME_S: f64 = 30.0;
 
 /// The slider's constants, needed before there is a plan.
 struct Springs {
@@ -300,9 +325,15 @@ impl Springs {
         let counts @ [_, across, rows] =
             [slider.blocks, slider.across, slider.rows].map(|count| count as usize);
         let nodes = counts.map(|count| count as f64).into_iter().product::<f64>();
-        let block_mass_kg = slider.mass_kg / nodes;
+        let medium = Some(&scenario.medium).filter(|_| slider.is_in_medium());
+        // Nodes in a medium as if joined by cells of it, which gives them its shear waves.
+        let block_mass_kg =
+            medium.map_or(slider.mass_kg / nodes, |medium| medium.density_kg_per_m3 * spacing_m * spacing_m);
         // The shear modulus of planes, `rho c_S^2 = k / (2 L_y) = 3 E / 8`, and of bodies, `k / a`.
         let (table, stiffness_n_per_m, modulus_n_per_m) = match (across > 1, rows > 1) {
+            _ if let Some(medium) = medium => {
+                (&lattice::CHAIN, medium.shear_modulus_pa, medium.shear_modulus_pa)
+            }
             (false, false) => {
                 (&lattice::CHAIN, slider.chain_stiffness_n_per_m(), modulus_pa * slider.width_m)
             }
@@ -377,6 +408,7 @@ impl Springs {
         // contact until junctions behind it are pinned.
         let (link_time_ratio, kt) = match scenario.contact_law() {
             Law::Junctions(law) => (given_ratio.max(2.0 * law.healing_time_s / block_time_s), 0.0),
+            _ if scenario.slider.is_in_medium() => (given_ratio.max(MEDIUM_LINK_TIME_S / block_time_s), 0.0),
             _ => (given_ratio, self.interfacial_stiffness_n_per_m),
         };
         Scales {
@@ -390,6 +422,16 @@ impl Springs {
 }
 
 impl Scenario {
+    /// The blocks that series have, counted from 0: those of a list, or the nodes nearest to stations.
+    pub(crate) fn series_nodes(&self) -> Vec<usize> {
+        let (recording, spacing_m) = (&self.recording, self.slider.spacing_m());
+        // The casts saturate.
+        let nearest = |depth_m: &f64| (depth_m / spacing_m - self.medium.first_node.cells()).round() as usize;
+        let stations =
+            recording.stations_m.iter().map(nearest).map(|n| n.min(self.slider.blocks as usize - 1));
+        recording.series_blocks.iter().map(|n| *n as usize - 1).chain(stations).collect()
+    }
+
     /// How many junctions each contact has, `N_s`; 0 by laws without junctions.
     pub fn junction_count(&self) -> u32 {
         self.contact_law().junctions().map_or(0, |_| self.friction.junction_count)
@@ -403,14 +445,16 @@ impl Scenario {
         }
     }
 
-    /// Whether sliding contacts or the ends of a chain radiate.
+    /// Whether sliding contacts, nodes in a medium or the ends of a chain radiate.
     pub fn radiates(&self) -> bool {
-        self.contact_law().radiation_kg_per_s() > 0.0 || self.ends().contains(&End::Absorbing)
+        self.slider.is_in_medium()
+            || self.contact_law().radiation_kg_per_s() > 0.0
+            || self.ends().contains(&End::Absorbing)
     }
 
     /// Whether the theory of the thesis applies to its slider: [`Lattice::has_theory`], with free ends.
     pub fn has_theory(&self) -> bool {
-        self.elastic().has_theory() && self.ends() == [End::Free; 2]
+        !self.slider.is_in_medium() && self.elastic().has_theory() && self.ends() == [End::Free; 2]
     }
 
     /// What the first and the last block of a chain are joined to.
@@ -467,7 +511,7 @@ impl Scenario {
             DriveKind::Top => top_stiffness_n_per_m(self).into_iter().fold(0.0, f64::max),
             DriveKind::Side => side_stiffness_n_per_m(self),
             DriveKind::LeftRight => self.drive.stiffness_n_per_m,
-            DriveKind::Force => 0.0,
+            DriveKind::Force | DriveKind::Plate => 0.0,
         };
         let law = self.contact_law();
         if !law.word().sticks() {

@@ -37,7 +37,7 @@ impl Scenario {
     }
 
     /// The keys that a run shares with the one in whose state it begins, and their values as written.
-    pub fn keys_of_states(&self) -> [(&'static str, String); 13] {
+    pub fn keys_of_states(&self) -> [(&'static str, String); 15] {
         let (slider, friction) = (&self.slider, &self.friction);
         [
             ("slider.blocks", slider.blocks.to_string()),
@@ -50,6 +50,8 @@ impl Scenario {
             ("slider.youngs_modulus_pa", slider.youngs_modulus_pa.to_string()),
             ("slider.left_end", format!("{:?}", slider.left_end.word())),
             ("slider.right_end", format!("{:?}", slider.right_end.word())),
+            ("slider.medium", format!("{:?}", slider.medium.word())),
+            ("medium.first_node", format!("{:?}", self.medium.first_node.word())),
             ("friction.law", format!("{:?}", friction.law.word())),
             ("friction.junction_count", friction.junction_count.to_string()),
             ("time.step_s", format!("{:e}", self.time.step_s)),

@@ -122,4 +122,7 @@ scenarios![
     "junction-slider",
     "spring-slider",
     "rate-and-state",
+    "seas-bp1-qd",
+    "seas-bp2-qd",
+    "seas-bp1-qd-coarse",
 ];

@@ -51,6 +51,8 @@ words! {
         LeftRight = "left-right",
         /// Block 1, by a force that is given instead of a spring.
         Force = "force",
+        /// What is below a fault line in a medium, which slips with it.
+        Plate = "plate",
     }
 
     /// The origin of the times of a load schedule.
@@ -67,6 +69,22 @@ words! {
         AtRest = "at-rest",
         /// Just before the first detachment; by rate-and-state friction, in balance with it at time 0.
         Loaded = "loaded",
+        /// In a medium, with the same stress at all nodes, and the states that balance it.
+        Uniform = "uniform",
+        /// In a medium, with states near those of steady sliding, and the stress that balances them.
+        Steady = "steady",
+    }
+
+    /// What joins the blocks.
+    MediumChoice {
+        /// Springs, or the elements of a lattice.
+        None = "none",
+        /// The stress in an elastic half-space.
+        HalfSpace = "half-space",
+        /// That in an elastic space.
+        WholeSpace = "whole-space",
+        /// That in a space in which the fault line repeats itself.
+        Periodic = "periodic",
     }
 
     /// How what is drawn for each contact is distributed.

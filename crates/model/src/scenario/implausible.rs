@@ -62,6 +62,9 @@ const TOGETHER: usize = 3;
 
 /// Warns of a density, a modulus or a speed of waves that solids do not have, and of a drive as fast as none.
 pub(crate) fn no_solid(scenario: &Scenario) -> Option<String> {
+    if scenario.slider.is_in_medium() {
+        return None;
+    }
     let outside = outside(scenario);
     let (key, value, _) = outside.first()?;
     let (written, question) = meant(scenario, key, *value);

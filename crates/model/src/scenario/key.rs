@@ -58,6 +58,8 @@ pub enum Need {
     OneRowAcross,
     /// Contacts over an area: a sheet or a body.
     RowsAcross,
+    /// Nodes of a fault line in a medium.
+    InMedium,
     /// One of these drives.
     Drives(&'static [DriveKind]),
     /// A law of which this holds.
@@ -85,6 +87,13 @@ impl Key {
     /// The default in the given parameter set (`true` for as-coded), if any.
     pub fn default_in(&self, as_coded_set: bool) -> Option<&Value> {
         self.defaults.as_ref().map(|[as_coded, as_stated]| if as_coded_set { as_coded } else { as_stated })
+    }
+
+    /// Whether it is a list of values by depth, of which there may be a single one, for all depths.
+    pub fn is_by_depth(&self) -> bool {
+        self.path.starts_with("medium.")
+            && matches!(self.kind, Numbers(..))
+            && self.path != "medium.profile_m"
     }
 
     /// Whether its default depends on the parameter set.

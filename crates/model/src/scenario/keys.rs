@@ -9,6 +9,7 @@ use std::sync::LazyLock;
 mod disorder;
 mod forces;
 mod friction;
+mod medium;
 mod run;
 pub(crate) mod section;
 mod slider;
@@ -19,6 +20,7 @@ pub use crate::scenario::key::{AS_CODED, AS_STATED, Key, Kind, Need};
 pub use disorder::Disorder;
 pub use forces::{Drive, Initial, InitialShear, InitialVelocity, NormalLoad, Prestress};
 pub use friction::Friction;
+pub use medium::Medium;
 pub use run::{Detection, Recording, Time, Window};
 pub use slider::Slider;
 
@@ -33,6 +35,7 @@ pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     [
         &slider::names(),
         Slider::keys(),
+        Medium::keys(),
         Friction::keys(),
         Drive::keys(),
         NormalLoad::keys(),

@@ -10,7 +10,8 @@ use toml::Value;
 
 use crate::law::laws::FrictionLaw;
 use crate::scenario::Scenario;
-use crate::scenario::key::{Key, Need};
+use crate::scenario::choices::{MediumChoice, Start};
+use crate::scenario::key::{AS_CODED, Key, Need};
 use crate::scenario::keys::{KEYS, place};
 use crate::scenario::source::{LayerKind, Refusals};
 use crate::scenario::stand_ins::{self, STAND_INS};
@@ -25,6 +26,64 @@ static LACKED: LazyLock<Vec<(FrictionLaw, Vec<usize>)>> = LazyLock::new(|| {
     let lacked = |law: &FrictionLaw| (0..KEYS.len()).filter(|&at| law.lacks(KEYS[at].path)).collect();
     FrictionLaw::ALL.iter().map(|law| (*law, lacked(law))).collect()
 });
+
+/// The keys that have one value in a medium, or how their paths begin.
+const FIXED_IN_A_MEDIUM: &str = "friction.law friction.inertia friction.radiation_kg_per_s friction.direct_effect \
+    friction.evolution_effect friction.evolution_offsets friction.critical_slip_m friction.initial_velocities_m_per_s \
+    friction.initial_theta friction.initial_csv slider.across slider.rows slider.width_m slider.height_m slider.mass_kg \
+    slider.youngs_modulus_pa slider.relative_damping slider.left_end slider.right_end drive.kind drive.stiffness_n_per_m \
+    drive.course drive.tilt drive.decay_length_m drive.across drive.height_m drive.hold_from_s drive.until_load_ratio \
+    normal_load. disorder. initial_shear. prestress. initial_velocity.";
+
+/// Why they have.
+const IN_A_MEDIUM: &str =
+    "its nodes have neither bonds nor inertia, and [medium] has their friction, load and start";
+
+fn is_fixed_in_a_medium(path: &str) -> bool {
+    FIXED_IN_A_MEDIUM.split(' ').any(|begins| path.starts_with(begins))
+}
+
+/// What a key is in a medium where it is not written, and where nothing else may be.
+fn default_in_a_medium(path: &str) -> Option<Value> {
+    Some(match path {
+        "friction.law" => "rate-and-state".into(),
+        "friction.inertia" => false.into(),
+        "drive.kind" => "plate".into(),
+        START => "uniform".into(),
+        "time.step_s" => 1e-3.into(),
+        "time.tolerance" => 1e-6.into(),
+        "slider.relative_damping" | "recording.sample_s" | "recording.fields_s" => 0.0.into(),
+        _ => return None,
+    })
+}
+
+/// Sets the values of keys that a medium alone determines, or that have a default of their own there.
+pub(crate) fn decide_by_medium(values: &mut [Value], refusals: &mut Refusals<'_>) {
+    let medium = values[place("slider.medium")].clone();
+    if medium.as_str() == Some(MediumChoice::None.word()) {
+        return;
+    }
+    let is_as_coded = values[place("parameter_set")].as_str() == Some(AS_CODED);
+    for (at, key) in KEYS.iter().enumerate() {
+        let (own, is_fixed) = (default_in_a_medium(key.path), is_fixed_in_a_medium(key.path));
+        let written = stand_ins::written(key, refusals.entries);
+        if !is_fixed && (own.is_none() || written.is_some()) {
+            continue;
+        }
+        let value =
+            own.or_else(|| key.default_in(is_as_coded).cloned()).expect("only keys of windows lack one");
+        // What a log has there means nothing, and a mass that is not written follows from the sides.
+        let is_other = |of: &&Key| {
+            refusals.entries.values[of.path].layer != LayerKind::Log
+                && (values[at] != value || of.path != key.path)
+        };
+        if let Some(other) = written.filter(is_other).filter(|_| is_fixed) {
+            let of = format!("slider.medium = {medium}");
+            refusals.refuse_without_meaning(other, &value, &of, IN_A_MEDIUM, "slider.medium = \"none\"");
+        }
+        values[at] = value;
+    }
+}
 
 /// Sets keys that the law alone determines to the behaviour of the law, in the values of all keys. Other
 /// values are refused in scenarios and ignored in logs.
@@ -55,14 +114,16 @@ pub(crate) fn decide_by_law(values: &mut [Value], refusals: &mut Refusals<'_>) {
         }
         values[at] = fixed;
     }
-    if !law.sticks() && !entries.values.contains_key(START) {
+    let is_left = values[place(START)].as_str() == Some(Start::AtRest.word());
+    if !law.sticks() && is_left && !entries.values.contains_key(START) {
         values[place(START)] = Value::from("loaded");
     }
 }
 
-/// Whether a key has its value from this law: fixed to another than the key's default, or the law's own default.
+/// Whether a key has its value from this law: fixed to another than the key's default, or the default of the law or of a
+/// medium.
 pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw, value: &Value) -> bool {
-    let is_own = path == START && !law.sticks() && value.as_str() == Some("loaded");
+    let is_own = path == START && !law.sticks() && matches!(value.as_str(), Some("loaded" | "uniform"));
     is_own || (path == REATTACH && law.lacks(path))
 }
 
@@ -116,6 +177,10 @@ impl Need {
             Need::Rows => (slider.rows > 1, "slider.rows above 1"),
             Need::OneRowAcross => (slider.across == 1, "slider.across = 1"),
             Need::RowsAcross => (slider.across > 1, "slider.across above 1"),
+            Need::InMedium => {
+                let others = MediumChoice::WORDS.iter().filter(|word| **word != "none");
+                return (!slider.is_in_medium()).then(|| among("slider.medium", &"none", others));
+            }
             Need::Drives(kinds) => {
                 return (!kinds.contains(&kind)).then(|| among("drive.kind", &kind, kinds));
             }
@@ -162,7 +227,12 @@ mod tests {
         "friction.law = \"velocity-weakening\"\n",
         "friction.law = \"junctions\"\n",
         "friction.law = \"rate-and-state\"\n",
+        MEDIUM,
     ];
+
+    const MEDIUM: &str = "slider.medium = \"half-space\"\ntime.start = \"steady\"\nmedium.direct_effect = [0.01]\n\
+                          medium.evolution_effect = [0.015]\nmedium.critical_slip_m = [1e-3]\n\
+                          medium.normal_stress_pa = [1e6]\n";
 
     /// A value that is no default, as written.
     fn other(key: &Key) -> String {
@@ -189,9 +259,13 @@ mod tests {
                 let plain = Scenario::resolve(&ScenarioSource::new("", *setting)).unwrap();
                 let law = plain.friction.law;
                 let unmet = key.needs.iter().filter(|(need, _)| need.unmet(&plain).is_some());
-                let expected: Vec<&str> = match law.lacks(key.path) {
-                    true => vec![""],
-                    false => unmet.map(|(_, why)| *why).collect(),
+                let is_fixed = *setting == MEDIUM && super::is_fixed_in_a_medium(key.path);
+                let expected: Vec<&str> = match (is_fixed, law.lacks(key.path)) {
+                    // What is written there is what it is.
+                    (true, _) if key.path == "friction.inertia" => vec![],
+                    (true, _) => vec![super::IN_A_MEDIUM],
+                    (false, true) => vec![""],
+                    (false, false) => unmet.map(|(_, why)| *why).collect(),
                 };
                 let text = format!("{} = {}\n{setting}", key.path, other(key));
                 let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));

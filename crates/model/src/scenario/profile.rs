@@ -87,6 +87,31 @@ pub(crate) fn parse_start(text: &str, blocks: usize) -> Result<[Vec<f64>; 2], Wr
     Ok([along(NAMES[1], &velocities)?, along(NAMES[2], &thetas)?])
 }
 
+/// The columns of a profile over depth.
+const DEPTH_COLUMNS: [&str; 5] =
+    ["depth_m", "direct_effect", "evolution_effect", "critical_slip_m", "normal_stress_pa"];
+
+/// The format of such a profile, as stated in errors.
+pub(crate) const ACCEPTED_DEPTHS: &str = "a CSV file with the header depth_m,direct_effect,evolution_effect,critical_slip_m,normal_stress_pa and rows by \
+     ascending depth_m from 0, evolution_effect from 0, the others above 0";
+
+/// Reads a profile over depth: depths, and the values at them.
+///
+/// # Errors
+/// If it is not of that kind.
+pub(crate) fn parse_depths(text: &str) -> Result<[Vec<f64>; 5], Wrong> {
+    let (lines, columns) = columns(text, DEPTH_COLUMNS, true)?;
+    for (place, column) in columns.iter().enumerate() {
+        let descends = |n: usize| place == 0 && n > 0 && column[n] <= column[n - 1];
+        let is_wrong =
+            |&n: &usize| column[n] < 0.0 || (column[n] == 0.0 && ![0, 2].contains(&place)) || descends(n);
+        if let Some(n) = (0..lines.len()).find(is_wrong) {
+            return Err((lines[n], format!("{} is {}", DEPTH_COLUMNS[place], column[n])));
+        }
+    }
+    Ok(columns)
+}
+
 /// The values at all blocks between rows, not none, of places and values. For a single block, which is at 0, one row is
 /// enough.
 fn interpolated(lines: &[usize], x: &[f64], values: &[f64], blocks: usize) -> Result<Vec<f64>, Wrong> {

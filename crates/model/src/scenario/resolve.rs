@@ -131,6 +131,7 @@ impl Scenario {
         let mut values = defaults::fill_in(&entries, &mut refusals.errors);
         refusals.none_so_far()?;
         stand_ins::replace(source, &mut values, &mut refusals);
+        meaning::decide_by_medium(&mut values, &mut refusals);
         meaning::decide_by_law(&mut values, &mut refusals);
         let mut scenario = Scenario::of(values);
         scenario.round_default_times(&entries);
@@ -158,7 +159,11 @@ impl Scenario {
             let steps = grid.nearest_step(*time_s).max(1);
             let is_whole = grid.whole_steps(*time_s).is_some_and(|steps| steps > 0);
             // A run of too many steps remains one; a cadence that long is as good as none.
-            if !is_whole && !entries.values.contains_key(key) && (key != duration || steps <= MOST_STEPS) {
+            if !is_whole
+                && *time_s > 0.0
+                && !entries.values.contains_key(key)
+                && (key != duration || steps <= MOST_STEPS)
+            {
                 *time_s = in_few_digits(&grid, grid.time_s(steps.min(MOST_STEPS / 2)));
             }
         }
@@ -192,6 +197,16 @@ impl Scenario {
         let parse = |text: &str| profile::parse_blocks(text, contacts);
         let accepted = profile::accepted_blocks(contacts);
         reading.lists(("disorder.contacts_csv", &disorder.contacts_csv), of_blocks, parse, accepted);
+        let medium = &mut self.medium;
+        let of_depths = [
+            ("medium.profile_m", &mut medium.profile_m),
+            ("medium.direct_effect", &mut medium.direct_effect),
+            ("medium.evolution_effect", &mut medium.evolution_effect),
+            ("medium.critical_slip_m", &mut medium.critical_slip_m),
+            ("medium.normal_stress_pa", &mut medium.normal_stress_pa),
+        ];
+        let (file, accepted) = (&medium.profile_csv, profile::ACCEPTED_DEPTHS.to_owned());
+        reading.lists(("medium.profile_csv", file), of_depths, profile::parse_depths, accepted);
         let of_load = [
             ("normal_load.course_s", &mut load.course_s),
             ("normal_load.course_factor", &mut load.course_factor),
@@ -417,7 +432,7 @@ mod tests {
             (
                 "[drive]\nkind = sides # all\n[slider]\nblocks = 7",
                 "test.toml:2:8: drive.kind: sides lacks its quotes; did you mean side? (accepted: \"side\" or \"top\" \
-                 or \"left-right\" or \"force\")",
+                 or \"left-right\" or \"force\" or \"plate\")",
             ),
             (
                 "drive.kind = side\nfriction.law = rigid",

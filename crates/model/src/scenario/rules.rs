@@ -2,6 +2,7 @@
 
 mod bodies;
 mod courses;
+mod medium;
 mod rate_and_state;
 mod weakening;
 
@@ -42,6 +43,7 @@ const RULES: &[Rule] = &[
     bodies::contacts_over_an_area_turn,
     both_ends_are_periodic_or_none,
     rate_and_state::steady_sliding_is_a_start,
+    medium::a_fault_line_is_known,
     weakening::weakening_is_known,
     junctions_bear_load_and_fit,
     loaded_starts_leave_out_nothing_but_known_motion,

@@ -194,7 +194,7 @@ mod tests {
                  (accepted: none, or slider.blocks from 2)",
             ),
             ("slider.densty_kg_per_m3 = 3", vec![], "did you mean slider.density_kg_per_m3?"),
-            ("", vec!["density=3"], "did you mean slider.density_kg_per_m3?"),
+            ("", vec!["density=3"], "or slider.density_kg_per_m3?"),
             ("", vec!["rho=3"], "did you mean slider.density_kg_per_m3?"),
             ("", vec!["l_0=3"], "did you mean friction.decay_length_m?"),
         ] {

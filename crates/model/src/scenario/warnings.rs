@@ -12,6 +12,7 @@ use crate::scenario::Scenario;
 use crate::scenario::implausible;
 use crate::scenario::keys;
 use crate::scenario::text;
+use crate::theory::medium::{FEWEST_COHESIVE_CELLS, FaultEstimate};
 use crate::theory::preview::Preview;
 use crate::theory::stability::{FEWEST_NUCLEATION_BLOCKS, Stability};
 use crate::theory::weakening::{Weakening, fall_time_s};
@@ -36,7 +37,7 @@ pub struct Warning {
 type Check = fn(&Scenario, &Plan) -> Option<String>;
 
 /// All checks, each with the kind of its warnings.
-const CHECKS: [(&str, Check); 18] = [
+const CHECKS: [(&str, Check); 19] = [
     ("time-step", step),
     ("without-effect", without_effect),
     ("front-speed", fronts),
@@ -50,6 +51,7 @@ const CHECKS: [(&str, Check); 18] = [
     ("broken-at-start", broken_at_start),
     ("healing-times", healing_times),
     ("nucleation-length", nucleation_length),
+    ("cohesive-zone", cohesive_zone),
     ("many-rows", many_rows),
     ("event-speed", event_speed),
     ("slip-weakening", slip_weakening),
@@ -346,6 +348,18 @@ fn nucleation_length(scenario: &Scenario, plan: &Plan) -> Option<String> {
              {FEWEST_NUCLEATION_BLOCKS} blocks fail one by one, and the results depend on slider.blocks \
              (docs/contacts.md)",
             scenario.friction.critical_slip_m
+        )
+    })
+}
+
+/// Warns of nodes too far apart for the zone in which friction falls behind the tip of a rupture.
+fn cohesive_zone(_scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let cells = FaultEstimate::of(plan)?.cohesive_zone_cells?;
+    (cells < FEWEST_COHESIVE_CELLS).then(|| {
+        format!(
+            "slider.blocks = {}: the cohesive zone (9 pi / 32) mu D_c / (b sigma) is {cells:.2} cells: below \
+             {FEWEST_COHESIVE_CELLS} the results depend on slider.blocks",
+            plan.blocks
         )
     })
 }

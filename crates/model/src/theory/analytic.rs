@@ -61,7 +61,7 @@ impl LengthLaw {
         let drive = &scenario.drive;
         let is_driven =
             drive.velocity_m_per_s > 0.0 && drive.course_s.is_empty() && drive.stiffness_n_per_m > 0.0;
-        let is_known = !matches!(drive.kind, DriveKind::LeftRight | DriveKind::Force);
+        let is_known = !matches!(drive.kind, DriveKind::LeftRight | DriveKind::Force | DriveKind::Plate);
         let is_even = Quantity::Load.is_even(scenario);
         if !is_known || !LengthLaw::are_known(scenario) || !is_driven || !is_even {
             return false;
@@ -130,7 +130,7 @@ impl DriveShare {
     fn of(scenario: &Scenario) -> DriveShare {
         let drive = &scenario.drive;
         match drive.kind {
-            DriveKind::Side | DriveKind::LeftRight | DriveKind::Force => DriveShare::End,
+            DriveKind::Side | DriveKind::LeftRight | DriveKind::Force | DriveKind::Plate => DriveShare::End,
             DriveKind::Top if drive.decay_length_m > 0.0 => {
                 DriveShare::Decaying(drive.decay_length_m / scenario.slider.length_m)
             }

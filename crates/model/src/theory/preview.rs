@@ -27,6 +27,7 @@ use crate::plan::load::Ramp;
 use crate::plan::slab;
 use crate::scenario::choices::Start;
 use crate::scenario::{Scenario, Time};
+use crate::theory::medium::FaultEstimate;
 use crate::theory::stability::Stability;
 use crate::theory::weakening::Weakening;
 
@@ -68,6 +69,9 @@ pub struct Preview {
     /// of steady sliding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
+    /// In a medium, where all but density and speed is `None`: lengths of the fault line, and how long its run may take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<FaultEstimate>,
     /// Where friction falls over a slip: how fast, and the length over which slip nucleates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weakening: Option<Weakening>,
@@ -113,9 +117,10 @@ impl Preview {
             largest_load_ratio: None,
             is_predicted: !scenario.initial.is_given() && !plan.has_contact_courses(),
             stability: Stability::of(plan),
+            fault: FaultEstimate::of(plan),
             weakening: Weakening::of(plan),
         };
-        if sliding.stability.is_some() || !sliding.is_predicted {
+        if sliding.stability.is_some() || sliding.fault.is_some() || !sliding.is_predicted {
             return sliding;
         }
         let stuck = Stuck::of(plan);

@@ -78,8 +78,11 @@ impl RateAndState {
 }
 
 impl Stability {
-    /// That of a plan; `None` by other laws.
+    /// That of a plan; `None` by other laws, and in a medium.
     pub fn of(plan: &Plan) -> Option<Stability> {
+        if plan.medium.is_some() {
+            return None;
+        }
         let law = plan.friction.law.rate_and_state()?;
         let effects = &plan.friction.evolution_effects;
         let count = plan.blocks as f64;

@@ -71,6 +71,9 @@ pub const EVENT_SPEED_RATIO: f64 = 10.0;
 /// of friction by `a p`.
 pub(crate) const EVENT_SPEED_SHARE: f64 = 0.1;
 
+/// That threshold on a fault line in a medium, as in the SEAS benchmarks.
+pub(crate) const EVENT_SPEED_IN_MEDIUM_M_PER_S: f64 = 1e-3;
+
 /// From this `l` on, `asinh(e^l)` is `l + ln 2` to `e^(-2 l) / 4 < 2e-18`, less than rounding.
 const LARGE: f64 = 20.0;
 

@@ -57,7 +57,7 @@ section! {
         /// Where the drive pulls: side, block 1 (5.8), over an area all rows across with K / N_y each; top, every
         /// block, or every node at the top of a slab or a body, with K over their number each (5.53); left-right, block
         /// 1 backwards and block N forwards, with K each; force, block 1 of a chain by the force course_n, without a
-        /// spring, as by a weight. Its springs are measured from the grid of the undeformed slider, so with initial
+        /// spring, as by a weight; plate, what is below a fault line in a medium, and its only drive. Its springs are measured from the grid of the undeformed slider, so with initial
         /// shear F_T is not quite 0 at the start; in a slab and a body they are relaxed where it rests under its load.
         kind: DriveKind = "side"; Word(DriveKind::WORDS);
         /// Stiffness of the driving spring on block 1 (5.8), of all springs of a top drive together, or of each of a

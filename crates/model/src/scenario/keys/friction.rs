@@ -110,7 +110,8 @@ section! {
         initial_csv: String = ""; Text(LONGEST_NAME_BYTES);
         /// Of rate-and-state, which never sticks: a block counts as detached from where its speed rises above V_th to
         /// where it falls below V_th / 2. Must exceed the speeds of drive and blocks at the start; 0 for 10 times the
-        /// largest speed of the drive, or less in a course with short fast parts (docs/contacts.md). Never changes the
+        /// largest speed of the drive, or less in a course with short fast parts (docs/contacts.md); in a medium 0 for
+        /// 1 mm/s. Never changes the
         /// run, but onsets and durations of events depend on it.
         event_speed_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V_th";
         /// Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w for which a block

@@ -6,7 +6,7 @@ use toml::Value;
 
 use super::section::section;
 use crate::law::laws::FrictionLaw;
-use crate::scenario::choices::{End, ParameterSet};
+use crate::scenario::choices::{End, MediumChoice, ParameterSet};
 use crate::scenario::key::Kind::{Count, Text, Word};
 use crate::scenario::key::Need::{Blocks, Chain, Laws};
 use crate::scenario::key::{AS_STATED, Key, MOST_ROWS, NOT_NEGATIVE, Need, POSITIVE};
@@ -50,7 +50,8 @@ section! {
         /// Rows of nodes, one above the other: 1 for a chain or a sheet, more for a slab (docs/bodies.md) or a body; the
         /// nodes at the bottom rub.
         rows: u32 = 1; Count(1, MOST_ROWS), "N_z";
-        /// Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single block.
+        /// Length of the slider in the direction of sliding; the spacing is a = L / (N - 1), L of a single
+        /// block. In a medium, that of the fault line.
         length_m: f64 = 0.1; POSITIVE, "L_x";
         /// Width of the slider; over an area, L_y / (N_y - 1) must be the spacing a.
         width_m: f64 = 0.005; POSITIVE, "L_y";
@@ -74,5 +75,10 @@ section! {
         left_end: End = "free"; Word(End::WORDS); needs ENDS;
         /// What block N is joined to, likewise; either both ends are periodic or neither.
         right_end: End = "free"; Word(End::WORDS); needs ENDS;
+        /// What joins the blocks: none, their bonds; or the stress that slip causes in an elastic medium around a fault
+        /// line, of which they are the nodes, by depth: half-space, below a free surface; whole-space; periodic, where
+        /// the line repeats itself. Forces are then per metre of strike, friction is rate-and-state without inertia, and
+        /// [medium] has what nodes and medium are.
+        medium: MediumChoice = "none"; Word(MediumChoice::WORDS);
     }
 }

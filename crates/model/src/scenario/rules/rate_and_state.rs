@@ -13,7 +13,7 @@ const THE_LAW: &str = "friction.law = \"rate-and-state\"";
 
 /// Most `psi / a` at the start. From 708 on `e^(-psi / a)` has no longer all digits, and from 745 on it is 0: a block
 /// that turns back would do so at once.
-const MOST_STATE: f64 = 700.0;
+pub(super) const MOST_STATE: f64 = 700.0;
 
 pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (drive, slider) = (&scenario.drive, &scenario.slider);
@@ -24,7 +24,7 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
         let problem = format!("{THE_LAW} is available for chains and single blocks, not for a {what}");
         refusals.refuse(key, problem, "1, or another friction.law");
     }
-    let (friction, is_loaded) = (&scenario.friction, scenario.time.start == Start::Loaded);
+    let (friction, is_loaded) = (&scenario.friction, scenario.time.start != Start::AtRest);
     let begins = |n: usize| match is_loaded {
         true => friction.velocity_at_start_m_per_s(n) > 0.0,
         false => friction.theta_at_start_s(n) > 0.0,
@@ -46,6 +46,11 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
         let or = if given { ", or 0 for at least 10 times it" } else { "" };
         refusals.refuse("friction.event_speed_m_per_s", problem, format!("a number above {slow}{or}"));
     }
+    free_starts_are_of_one_kind(scenario, is_loaded, refusals);
+    // The rest is of keys that are others there.
+    if slider.is_in_medium() {
+        return;
+    }
     let swing = &scenario.prestress;
     if swing.swing_ratio != 0.0 && swing.swing_period_s < scenario.time.step_s {
         let problem =
@@ -56,7 +61,6 @@ pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refu
             format!("a number from {:e}", scenario.time.step_s),
         );
     }
-    free_starts_are_of_one_kind(scenario, is_loaded, refusals);
     if drive.stiffness_n_per_m == 0.0 && scenario.time.start == Start::Loaded {
         let problem = "0: nothing balances friction in steady sliding";
         let accepted = "a number above 0, or time.start = \"at-rest\"";

@@ -16,6 +16,8 @@ const CASES: &[(&str, &str)] = &[
         "time.start = \"loaded\"\ndrive.course_s = [1, 2]\ndrive.course_m_per_s = [1e-4, 0]",
         "time.start: \"loaded\" needs interfacial springs, a constant load and a drive of constant velocity",
     ),
+    ("drive.kind = \"plate\"", "drive.kind: \"plate\" with slider.medium"),
+    ("slider.medium = \"periodic\"", "medium.width_m: 0 with slider.medium = \"periodic\""),
     ("drive.kind = \"force\"", "drive.course_n: a drive by force has no forces"),
     (
         "drive.kind = \"force\"\ndrive.course_s = [1, 2]\ndrive.course_n = [1]",

@@ -12,6 +12,7 @@
 
 mod equations;
 mod linear;
+mod motion;
 mod rodas4;
 mod series;
 
@@ -19,9 +20,8 @@ use std::sync::Arc;
 
 use asperity_model::plan::outside::Driving;
 use asperity_model::{AdaptiveState, Crossing, Plan, SliderState, Sum};
-use asperity_record::Energy;
 
-use crate::adaptive::equations::{DriveAndLoad, Equations, StepEnd, Unknowns};
+use crate::adaptive::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::records::counters::Counters;
 use crate::records::pace::{Pace, Snapshot};
@@ -42,12 +42,17 @@ const MOST_STEPS: u32 = 1_000_000;
 /// A re-attachment happens at the event speed times this.
 const HYSTERESIS: f64 = 0.5;
 
+/// A solver at the start of a plan of rate-and-state friction.
+pub(crate) fn adaptive(plan: Arc<Plan>) -> Box<dyn Solver> {
+    Box::new(Adaptive::<Rodas4>::new(plan))
+}
+
 /// Solves rate-and-state friction by steps of varying length.
 #[derive(Debug, Clone)]
-pub(crate) struct Adaptive {
+struct Adaptive<M: Motion> {
     plan: Arc<Plan>,
-    equations: Equations,
-    rodas4: Rodas4,
+    motion: M,
+    event_speed_m_per_s: f64,
     /// The slider at the last grid step that was recorded.
     slider: SliderState,
     recorder: Recorder,
@@ -57,8 +62,8 @@ pub(crate) struct Adaptive {
     /// How many accepted steps end up to its beginning.
     accepted_steps: u64,
     next_step_s: f64,
-    begin: StepEnd,
-    end: StepEnd,
+    begin: StepEnd<M>,
+    end: StepEnd<M>,
     /// The beginning of the piece of the courses of drive and load in which the step is.
     piece: DriveAndLoad,
     /// Whether each block is above the event speed at the end of the step.
@@ -74,33 +79,29 @@ pub(crate) struct Adaptive {
     counters: Counters,
 }
 
-impl Adaptive {
-    /// A solver at the start of a plan.
-    ///
-    /// # Panics
-    /// If its law is another one.
-    pub(crate) fn new(plan: Arc<Plan>) -> Adaptive {
+impl<M: Motion> Adaptive<M> {
+    fn new(plan: Arc<Plan>) -> Adaptive<M> {
         let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
-        let equations = Equations::of(&plan, law);
+        let motion = M::of(&plan, law);
+        let zeros = Unknowns(vec![0.0; AdaptiveState::unknowns(&plan)]);
         let slider = SliderState { adaptive: None, ..plan.initial.clone() };
-        let blocks = plan.blocks;
         let mut solver = Adaptive {
-            rodas4: Rodas4::new(&equations, law.tolerance),
             recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
             step_s: 0.0,
             accepted_steps: 0,
             next_step_s: 0.0,
-            begin: StepEnd::zeros(blocks),
-            end: StepEnd::zeros(blocks),
+            begin: StepEnd::new(zeros.clone(), &motion),
+            end: StepEnd::new(zeros.clone(), &motion),
             piece: DriveAndLoad::default(),
-            is_above: vec![false; blocks],
+            is_above: vec![false; plan.blocks],
             crossings: Vec::new(),
-            within: Unknowns::zeros(blocks),
+            within: zeros,
             passed: (0, 0),
             stopped: None,
             counters: Counters::default(),
-            equations,
+            event_speed_m_per_s: law.event_speed_m_per_s,
+            motion,
             slider,
             plan,
         };
@@ -114,29 +115,26 @@ impl Adaptive {
 
     /// Counts the energies of a run that begins in a given state from there, within a step.
     fn begin_in(&mut self) {
-        let blocks = self.plan.blocks;
         self.look_at(self.slider.step);
-        let (_, _, _, energies_j) = self.within.parts();
-        let before_j = *energies_j;
-        for unknowns in [&mut self.begin.at, &mut self.end.at, &mut self.rodas4.end, &mut self.within] {
-            unknowns.0[3 * blocks..]
-                .iter_mut()
-                .zip(before_j)
-                .for_each(|(energy_j, before_j)| *energy_j -= before_j);
+        let from = AdaptiveState::energies_from(&self.plan);
+        let before_j = self.within.0[from..].to_vec();
+        for unknowns in [&mut self.begin.at, &mut self.end.at, self.motion.end(), &mut self.within] {
+            let energies_j = unknowns.0[from..].iter_mut().zip(&before_j);
+            energies_j.for_each(|(energy_j, before_j)| *energy_j -= before_j);
         }
-        let energy = self.energy();
+        let energy = self.motion.energy(&self.within, &self.slider);
         self.recorder.begin_sliding(&self.plan, &self.slider, energy);
     }
 
     /// Brings unknowns and equations to a grid step within the step; returns the share of the step up to it.
     fn look_at(&mut self, step: u64) -> f64 {
         let share = self.share_of(step);
-        let Adaptive { rodas4, begin, within, .. } = &mut *self;
+        let Adaptive { motion, begin, within, .. } = &mut *self;
         for (place, unknown) in within.0.iter_mut().enumerate() {
-            *unknown = rodas4.within(&begin.at, share, place);
+            *unknown = motion.within(&begin.at, share, place);
         }
         let outside = self.piece.at(self.plan.grid.time_s(step));
-        self.equations.evaluate(&mut self.within, outside);
+        self.motion.evaluate(&mut self.within, outside);
         share
     }
 
@@ -157,7 +155,7 @@ impl Adaptive {
         {
             self.begin_piece(self.piece.until_step);
         }
-        self.begin.prepare(&mut self.equations, self.piece.at(self.time_s.value()));
+        self.begin.prepare(&mut self.motion, self.piece.at(self.time_s.value()));
         for (n, is_above) in self.is_above.iter_mut().enumerate() {
             let switches = self.crossings.iter().filter(|crossing| crossing.block as usize == n).count();
             *is_above = (self.slider.slip[n] != 0.0) != (switches % 2 == 1);
@@ -167,7 +165,7 @@ impl Adaptive {
             self.end.clone_from(&self.begin);
             self.find_crossings(false);
         } else {
-            self.rodas4.step(&mut self.equations, &self.begin, self.step_s);
+            self.motion.step(&self.begin, self.step_s);
             self.close_step();
         }
     }
@@ -175,14 +173,13 @@ impl Adaptive {
     /// Begins the piece of the courses at a grid step.
     fn begin_piece(&mut self, step: u64) {
         self.piece = DriveAndLoad::from_step(&self.plan, step);
-        self.equations.begin_piece(&self.plan, step);
+        self.motion.begin_piece(&self.plan, step);
     }
 
     /// Ends the step that was computed last, and takes the derivatives for the next one.
     fn close_step(&mut self) {
         let outside = self.piece.at(self.end_s().value());
-        self.end.at.0.copy_from_slice(&self.rodas4.end.0);
-        self.end.prepare(&mut self.equations, outside);
+        self.motion.close(&mut self.end, outside);
     }
 
     /// When the step ends.
@@ -212,7 +209,7 @@ impl Adaptive {
         std::mem::swap(&mut self.begin, &mut self.end);
         if self.piece.from_s == end_s.value() {
             // Drive and load may have turned, and a prestress that jumps takes velocities with it.
-            self.begin.prepare(&mut self.equations, self.piece.at(end_s.value()));
+            self.begin.prepare(&mut self.motion, self.piece.at(end_s.value()));
             self.find_crossings(true);
         }
         let left_s = match self.piece.until_step {
@@ -220,7 +217,7 @@ impl Adaptive {
             knot => self.seconds_to(plan.grid.time_s(knot)),
         };
         loop {
-            let step_s = self.next_step_s.min(left_s).min(self.piece.longest_step_s());
+            let step_s = self.next_step_s.min(left_s).min(self.motion.longest_step_s(&self.begin));
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
@@ -233,16 +230,12 @@ impl Adaptive {
                 )));
             }
             self.passed.1 += 1;
-            let error = self.rodas4.step(&mut self.equations, &self.begin, step_s);
-            let next_s = step_s * rodas4::factor(error);
+            let error = self.motion.step(&self.begin, step_s);
+            self.next_step_s = M::next_step_s(self.next_step_s, step_s, error);
             if error <= 1.0 {
-                // A step that was cut short at a knot says little about the next one.
-                self.next_step_s =
-                    if step_s < self.next_step_s { next_s.max(self.next_step_s) } else { next_s };
                 self.step_s = step_s;
                 break;
             }
-            self.next_step_s = next_s;
             self.counters.rejected_steps += 1;
         }
         self.counters.adaptive_steps += 1;
@@ -262,13 +255,13 @@ impl Adaptive {
     /// the blocks that are fastest there and at the beginning.
     fn count_peak(&mut self, to: f64) {
         let from = self.share_of(self.slider.step);
-        let at_end = if to == 1.0 { &self.end.contacts } else { &self.equations.contacts };
+        let at_end = if to == 1.0 { &self.end.contacts } else { self.motion.contacts() };
         let [first, last] = [&self.begin.contacts, at_end].map(|contacts| {
-            let speeds = contacts.iter().map(|contact| contact.velocity.abs()).enumerate();
+            let speeds = (0..self.plan.blocks).map(|n| (n, M::velocity(contacts, n).abs()));
             speeds.fold((0, 0.0), |most, at| if at.1 > most.1 { at } else { most })
         });
         let mut peak = self.slider.peak_velocity_m_per_s.unwrap_or(0.0).max(last.1);
-        let slides = first.1.max(last.1) > HYSTERESIS * self.equations.law.event_speed_m_per_s;
+        let slides = first.1.max(last.1) > HYSTERESIS * self.event_speed_m_per_s;
         if slides && from < to {
             peak = peak.max(self.peak_within(first.0, from, to));
             if last.0 != first.0 {
@@ -281,8 +274,8 @@ impl Adaptive {
     /// The largest speed of block `n` between two shares of the step: at one of them, or at the vertex of parabolas
     /// through ever closer points.
     fn peak_within(&self, n: usize, mut low: f64, mut high: f64) -> f64 {
-        let at = |share: f64| self.speed_within(n, share);
-        let [mut begin, mut end] = [low, high].map(at);
+        let at = self.speed_within(n);
+        let [mut begin, mut end] = [low, high].map(&at);
         let mut peak = begin.max(end);
         for _ in 0..3 {
             let middle = at(0.5 * (low + high));
@@ -294,7 +287,7 @@ impl Adaptive {
             peak = peak.max(at(vertex));
             let reach = 0.1 * (high - low);
             (low, high) = ((vertex - reach).max(low), (vertex + reach).min(high));
-            [begin, end] = [low, high].map(at);
+            [begin, end] = [low, high].map(&at);
         }
         peak
     }
@@ -306,8 +299,7 @@ impl Adaptive {
 
     /// The run cannot continue: the block with the fastest change.
     fn overflow(&self) -> SimulationError {
-        let (_, friction_rate, ..) = self.begin.rates.parts();
-        let rate = |n: &usize| friction_rate[*n].abs();
+        let rate = |n: &usize| self.begin.rates.0[self.plan.blocks + n].abs();
         let block = (0..self.plan.blocks).max_by(|a, b| rate(a).total_cmp(&rate(b))).unwrap_or(0);
         let step = self.plan.grid.first_step_from(self.time_s.value());
         at_block("the rate of friction", step, &self.slider, block)
@@ -316,12 +308,12 @@ impl Adaptive {
     /// Finds the crossings within the step that was taken last, or by a jump at its beginning; at the start, the blocks
     /// above the event speed.
     fn find_crossings(&mut self, at_begin: bool) {
-        let event_speed = self.equations.law.event_speed_m_per_s;
+        let event_speed = self.event_speed_m_per_s;
         for n in 0..self.plan.blocks {
             let is_above = self.is_above[n];
             let bound = if is_above { HYSTERESIS * event_speed } else { event_speed };
             let there = if at_begin { &self.begin } else { &self.end };
-            if (there.contacts[n].velocity.abs() > bound) == is_above {
+            if (M::velocity(&there.contacts, n).abs() > bound) == is_above {
                 continue;
             }
             self.is_above[n] = !is_above;
@@ -345,11 +337,11 @@ impl Adaptive {
 
     /// The share of the step after which the speed of block `n` crosses a bound.
     fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
-        let (mut before, mut after) = (0.0, 1.0);
+        let (mut before, mut after, speed) = (0.0, 1.0, self.speed_within(n));
         // 50 halvings reach the spacing of doubles.
         for _ in 0..50 {
             let middle = 0.5 * (before + after);
-            if (self.speed_within(n, middle) > bound) == is_above {
+            if (speed(middle) > bound) == is_above {
                 before = middle;
             } else {
                 after = middle;
@@ -358,10 +350,10 @@ impl Adaptive {
         after
     }
 
-    /// The speed of block `n` after a share of the step.
-    fn speed_within(&self, n: usize, share: f64) -> f64 {
-        let outside = self.piece.at(self.time_s.value() + share * self.step_s);
-        self.equations.speed_m_per_s(n, outside, |place| self.rodas4.within(&self.begin.at, share, place))
+    /// The speed of block `n` after shares of the step.
+    fn speed_within(&self, n: usize) -> impl Fn(f64) -> f64 {
+        let outside = |share| self.piece.at(self.time_s.value() + share * self.step_s);
+        self.motion.speed_within(n, [&self.begin, &self.end], outside)
     }
 
     /// Moves the slider to a grid step within the step, and records it.
@@ -375,11 +367,11 @@ impl Adaptive {
         slider.step = step;
         slider.sliding = slider.detached;
         let point_m = plan.outside(step, slider.hold_step).point_m;
-        let (behind_m, _, state, _) = self.within.parts();
+        let [behind_m, state] = self.within.slip_and_state(&plan);
         for n in 0..plan.blocks {
             slider.displacement_m[n] = behind_m[n] + point_m;
-            slider.velocity_m_per_s[n] = self.equations.contacts[n].velocity;
-            slider.tangential_force_n[n] = self.equations.tangential_force_n(n);
+            slider.velocity_m_per_s[n] = M::velocity(self.motion.contacts(), n);
+            slider.tangential_force_n[n] = self.motion.tangential_force_n(n);
             slider.friction_state[n] = state[n];
         }
         if !plan.has_given_loads() {
@@ -396,10 +388,8 @@ impl Adaptive {
         }
         self.counters.switches += switched.len() as u64;
         let edge = was_sliding != (slider.sliding > 0);
-        let energy = self.energy();
-        let springs = plan.drive.springs.iter();
-        let total_n = springs.map(|spring| -spring.stiffness_n_per_m * behind_m[spring.block]).sum();
-        let driving = Driving { total_n, ..Driving::default() };
+        let energy = self.motion.energy(&self.within, slider);
+        let driving = Driving { total_n: self.motion.driving_n(&self.within), ..Driving::default() };
         if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
             let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());
             self.slider.peak_velocity_m_per_s = Some(speeds.fold(0.0, f64::max));
@@ -409,30 +399,9 @@ impl Adaptive {
         }
         Ok(())
     }
-
-    /// Energies at the grid step of the slider.
-    fn energy(&self) -> Energy {
-        let (equations, u) = (&self.equations, &self.slider.displacement_m);
-        let (behind_m, _, _, energies_j) = self.within.parts();
-        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j, prestress_work_j] = *energies_j;
-        let square = |x: f64| 0.5 * x * x;
-        let bonds = u.windows(2).map(|pair| equations.chain.stiffness_n_per_m * square(pair[1] - pair[0]));
-        let springs = equations.drive_n_per_m.iter().zip(behind_m);
-        let blocks = self.slider.velocity_m_per_s.iter();
-        Energy {
-            drive_work_j,
-            prestress_work_j,
-            friction_heat_j,
-            viscous_loss_j,
-            kinetic_j: blocks.map(|v| equations.mass_kg * square(*v)).sum(),
-            elastic_j: bonds.chain(springs.map(|(k, w)| k * square(*w))).sum(),
-            radiated_j: (equations.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
-            ..Energy::default()
-        }
-    }
 }
 
-impl Solver for Adaptive {
+impl<M: Motion> Solver for Adaptive<M> {
     fn next_record_unless(&mut self, stop: &Stop<'_>) -> Result<Next, SimulationError> {
         let steps = steps_between_looks(&self.plan) / GRID_STEPS_OF_A_STEP + 1;
         let mut left = steps;

@@ -70,6 +70,16 @@ impl AdaptiveState {
         }))
     }
 
+    /// The place of the first energy among the unknowns; the states of the blocks are before it.
+    pub fn energies_from(plan: &Plan) -> usize {
+        3 * plan.blocks
+    }
+
+    /// How many unknowns there are.
+    pub fn unknowns(plan: &Plan) -> usize {
+        AdaptiveState::energies_from(plan) + ENERGIES
+    }
+
     /// Checks a loaded state, of a slider after `step`, against the plan.
     pub(crate) fn fits(&self, plan: &Plan, step: u64) -> bool {
         let Sum { total, rest } = self.time_s;
@@ -86,7 +96,7 @@ impl AdaptiveState {
             && self.step_s >= 0.0
             && self.next_step_s.is_finite()
             && self.next_step_s > 0.0
-            && self.unknowns.len() == 3 * plan.blocks + ENERGIES
+            && self.unknowns.len() == AdaptiveState::unknowns(plan)
             && self.unknowns.iter().all(|value| value.is_finite())
             && self.crossings.iter().all(is_ahead)
             && self.crossings.is_sorted_by(|a, b| a < b)

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::law::laws::FrictionLaw;
 use crate::plan::Plan;
+use crate::plan::adaptive_state::AdaptiveState;
 use crate::plan::ledger::Ledger;
 use crate::plan::state::SliderState;
 use crate::scenario::Scenario;
@@ -197,7 +198,8 @@ impl GivenState {
         // Energies are counted from here; an open span stays open.
         slider.energy = Ledger { span: slider.energy.span, ..Ledger::default() };
         if let Some(adaptive) = &mut slider.adaptive {
-            adaptive.unknowns.iter_mut().skip(3 * plan.blocks).for_each(|energy_j| *energy_j = 0.0);
+            let energies_j = adaptive.unknowns.iter_mut().skip(AdaptiveState::energies_from(plan));
+            energies_j.for_each(|energy_j| *energy_j = 0.0);
         }
         plan.initial = slider;
         if motion == scenario.motion_hash() {

@@ -33,27 +33,16 @@
 //! fails. What is left is one tridiagonal system in `z`, which is exact, not an approximation. Should a pivot of it vanish,
 //! the step's error is not finite, and a shorter one is tried.
 
-use asperity_model::Plan;
 use asperity_model::body::elastic::Chain;
 use asperity_model::law::rate_and_state::{RateAndState, asinh_of_exp};
 use asperity_model::plan::adaptive_state::ENERGIES;
-use asperity_model::plan::course::{ContactCourse, Swing};
+use asperity_model::plan::course::ContactCourse;
+use asperity_model::{Plan, SliderState};
+use asperity_record::Energy;
 
-use crate::kernels;
-
-/// Fewest steps in a period of a swing.
-const STEPS_OF_A_PERIOD: f64 = 20.0;
-
-/// Unknowns, or their rates: `w_n` of all blocks, m; `y_n`, which without inertia follow from the others; `psi_n`; and
-/// the energies up to now, J.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unknowns(pub(super) Vec<f64>);
+use super::motion::{DriveAndLoad, Unknowns};
 
 impl Unknowns {
-    pub(super) fn zeros(blocks: usize) -> Unknowns {
-        Unknowns(vec![0.0; 3 * blocks + ENERGIES])
-    }
-
     /// `w`, `y`, `psi` and the energies.
     pub(super) fn parts(&self) -> (&[f64], &[f64], &[f64], &[f64; ENERGIES]) {
         let (of_blocks, energies_j) = self.0.split_last_chunk().expect("energies come last");
@@ -68,99 +57,6 @@ impl Unknowns {
         let (behind_m, rest) = of_blocks.split_at_mut(of_blocks.len() / 3);
         let (friction, state) = rest.split_at_mut(behind_m.len());
         (behind_m, friction, state, energies_j)
-    }
-
-    /// `self += factor * other`.
-    pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
-        kernels::add_multiple(&mut self.0, factor, &other.0);
-    }
-}
-
-/// One end of a step: the unknowns, what the law gives there, and their rates.
-#[derive(Debug, Clone)]
-pub(super) struct StepEnd {
-    pub(super) at: Unknowns,
-    pub(super) contacts: Vec<Contact>,
-    pub(super) rates: Unknowns,
-    pub(super) outside: DriveAndLoad,
-}
-
-impl StepEnd {
-    pub(super) fn zeros(blocks: usize) -> StepEnd {
-        let zeros = || Unknowns::zeros(blocks);
-        let contacts = vec![Contact::default(); blocks];
-        StepEnd { at: zeros(), contacts, rates: zeros(), outside: DriveAndLoad::default() }
-    }
-
-    /// Evaluates the equations at `at`, for a step that begins there.
-    pub(super) fn prepare(&mut self, equations: &mut Equations, outside: DriveAndLoad) {
-        self.outside = outside;
-        equations.evaluate(&mut self.at, outside);
-        equations.rates(&self.at, outside, &mut self.rates);
-        self.contacts.copy_from_slice(&equations.contacts);
-    }
-}
-
-/// Drive and load at one time, and their rates in the piece between two knots of their courses.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct DriveAndLoad {
-    /// When the piece begins, s.
-    pub(super) from_s: f64,
-    /// The knot at its end, a grid step; `u64::MAX` for none.
-    pub(super) until_step: u64,
-    /// `X'`, m/s.
-    pub(super) drive_m_per_s: f64,
-    /// `X''`, m/s2.
-    pub(super) drive_m_per_s2: f64,
-    /// Load over that of the start.
-    pub(super) load: f64,
-    /// Its rate, 1/s.
-    pub(super) load_per_s: f64,
-    /// Time since the piece of the courses began, s.
-    pub(super) since_s: f64,
-    /// The swing of the prestress in this piece, if any; its value, over the load of the start, and its rate, 1/s.
-    swing: Option<Swing>,
-    swung: [f64; 2],
-}
-
-impl DriveAndLoad {
-    /// At the beginning of the piece that begins at a grid step.
-    pub(super) fn from_step(plan: &Plan, step: u64) -> DriveAndLoad {
-        let outside = plan.outside(step, plan.initial.hold_step);
-        let per_s = 1.0 / plan.grid.step_s();
-        let begin = DriveAndLoad {
-            from_s: plan.grid.time_s(step),
-            until_step: outside.until_step(),
-            drive_m_per_s: outside.velocity_m_per_s(),
-            drive_m_per_s2: outside.acceleration() * per_s,
-            load: outside.load().scaled_n(1.0),
-            load_per_s: outside.ramp().change_n(1.0) * per_s,
-            since_s: 0.0,
-            swing: outside.swing(),
-            swung: [0.0; 2],
-        };
-        begin.after(0.0)
-    }
-
-    /// The longest step, s: a share of the period of the swing, of which estimates of errors miss whole ones.
-    pub(super) fn longest_step_s(self) -> f64 {
-        self.swing.map_or(f64::INFINITY, |swing| swing.period_s / STEPS_OF_A_PERIOD)
-    }
-
-    /// At a time in the same piece, from its beginning.
-    pub(super) fn at(self, time_s: f64) -> DriveAndLoad {
-        self.after(time_s - self.from_s)
-    }
-
-    /// `seconds` later in the same piece of the courses.
-    pub(super) fn after(self, seconds: f64) -> DriveAndLoad {
-        DriveAndLoad {
-            drive_m_per_s: self.drive_m_per_s + self.drive_m_per_s2 * seconds,
-            load: self.load + self.load_per_s * seconds,
-            since_s: self.since_s + seconds,
-            swung: self.swing.map_or([0.0; 2], |swing| swing.at(self.from_s + (self.since_s + seconds))),
-            ..self
-        }
     }
 }
 
@@ -204,6 +100,8 @@ pub(super) struct Equations {
     /// `m`; 0 without inertia.
     pub(super) mass_kg: f64,
     pub(super) chain: Chain,
+    /// Moment over the sum of the displacements.
+    pub(super) moment_n: f64,
     /// `K_n`.
     pub(super) drive_n_per_m: Vec<f64>,
     /// The prestress at the beginning of the piece, N, and its rate, N/s, without its swing.
@@ -221,11 +119,13 @@ pub(super) struct Equations {
 impl Equations {
     pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
         let blocks = plan.blocks;
+        let chain = plan.elastic.as_chain().expect("rate-and-state friction is that of a chain");
         Equations {
             law,
+            moment_n: chain.stiffness_n_per_m * plan.spacing_m,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
+            chain,
             drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
             prestress_n: [vec![0.0; blocks], vec![0.0; blocks]],
             load_n: plan.normal_load_n.clone(),
@@ -424,6 +324,40 @@ impl Equations {
             work_w[3] += self.chain.damping_kg_per_s * stretch_m_per_s * stretch_m_per_s;
             work_w[4] += self.prestress_n(n, outside)[0] * v;
         }
+    }
+
+    /// Energies at unknowns that were evaluated last, those of a slider.
+    pub(super) fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy {
+        let u = &slider.displacement_m;
+        let (behind_m, _, _, energies_j) = at.parts();
+        let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j, prestress_work_j] = *energies_j;
+        let square = |x: f64| 0.5 * x * x;
+        let bonds = u.windows(2).map(|pair| self.chain.stiffness_n_per_m * square(pair[1] - pair[0]));
+        let springs = self.drive_n_per_m.iter().zip(behind_m);
+        let blocks = slider.velocity_m_per_s.iter();
+        Energy {
+            drive_work_j,
+            prestress_work_j,
+            friction_heat_j,
+            viscous_loss_j,
+            kinetic_j: blocks.map(|v| self.mass_kg * square(*v)).sum(),
+            elastic_j: bonds.chain(springs.map(|(k, w)| k * square(*w))).sum(),
+            radiated_j: (self.law.radiation_kg_per_s > 0.0).then_some(radiated_j),
+            ..Energy::default()
+        }
+    }
+
+    /// Of block `n`: friction, N, friction over the load, `psi` and `theta`, s.
+    pub(super) fn friction_of(&self, at: &Unknowns, outside: DriveAndLoad, n: usize) -> [f64; 4] {
+        let (_, friction, state, _) = at.parts();
+        let above = (state[n] - self.law.reference_coefficient) / self.evolution_effects[n];
+        let theta_s = self.law.steady_theta_s(self.law.reference_velocity_m_per_s) * libm::exp(above);
+        [
+            self.direct_n(n, outside) * friction[n],
+            self.law.direct_effect * friction[n],
+            state[n],
+            theta_s.min(f64::MAX),
+        ]
     }
 
     /// `y'`; 0 without inertia, where `y` is no unknown.

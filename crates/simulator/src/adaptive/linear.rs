@@ -14,7 +14,9 @@
 
 use asperity_model::plan::adaptive_state::ENERGIES;
 
-use super::equations::{Contact, Equations, StepEnd, Unknowns};
+use super::equations::{Contact, Equations};
+use super::motion::{StepEnd, Unknowns};
+use super::rodas4::Rodas4;
 
 /// The system of a step.
 #[derive(Debug, Clone)]
@@ -44,7 +46,7 @@ impl StageSystem {
     }
 
     /// Factorises the derivatives at `begin` for this `sigma`.
-    pub(super) fn factorise(&mut self, equations: &Equations, begin: &StepEnd, sigma: f64) {
+    pub(super) fn factorise(&mut self, equations: &Equations, begin: &StepEnd<Rodas4>, sigma: f64) {
         let (_, friction_rate, ..) = begin.rates.parts();
         let (a, mass_kg) = (equations.law.direct_effect, equations.mass_kg);
         let beside = equations.chain.stiffness_n_per_m / sigma + equations.chain.damping_kg_per_s;
@@ -73,7 +75,13 @@ impl StageSystem {
 
     /// Replaces the right side `r` by the solution `k`. `ahead_s` is the stage's change of time, which drive and load
     /// follow at their rates.
-    pub(super) fn solve(&mut self, equations: &Equations, begin: &StepEnd, ahead_s: f64, r: &mut Unknowns) {
+    pub(super) fn solve(
+        &mut self,
+        equations: &Equations,
+        begin: &StepEnd<Rodas4>,
+        ahead_s: f64,
+        r: &mut Unknowns,
+    ) {
         let StageSystem { sigma, kappa, state_share, pivot, beside, change } = self;
         let (sigma, beside, a) = (*sigma, *beside, equations.law.direct_effect);
         let StepEnd { at, contacts, outside, .. } = begin;

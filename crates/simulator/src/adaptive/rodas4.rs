@@ -11,8 +11,13 @@
 //! so a step has the same cost in all phases, and steps may be as long as the solution is smooth, however fast
 //! friction responds: that response decays within the step. Time is one more unknown, with the rate 1.
 
-use super::equations::{Equations, StepEnd, Unknowns};
+use asperity_model::law::rate_and_state::RateAndState;
+use asperity_model::{AdaptiveState, Plan, SliderState};
+use asperity_record::Energy;
+
+use super::equations::{Contact, Equations};
 use super::linear::StageSystem;
+use super::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
 
 const STAGES: usize = 6;
 
@@ -69,40 +74,78 @@ const LEAST_FACTOR: f64 = 0.1;
 const MOST_FACTOR: f64 = 4.0;
 
 /// The factor on the length of a step whose error is `error` times the accepted one.
-pub(super) fn factor(error: f64) -> f64 {
+fn factor(error: f64) -> f64 {
     let factor = SAFETY / libm::sqrt(libm::sqrt(error));
     // NaN, after an overflow, is an error too large for any length.
     if factor.is_nan() { LEAST_FACTOR } else { factor.clamp(LEAST_FACTOR, MOST_FACTOR) }
 }
 
-/// The stages of a step.
+/// A chain, and the stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Rodas4 {
+    equations: Equations,
     linear: StageSystem,
     changes: [Unknowns; STAGES],
     /// The end of the last step.
-    pub(super) end: Unknowns,
+    end: Unknowns,
     tolerance: f64,
     /// The scales of each block's unknowns.
     scales: Vec<[f64; 3]>,
 }
 
-impl Rodas4 {
-    /// For steps with this relative tolerance.
-    pub(super) fn new(equations: &Equations, tolerance: f64) -> Rodas4 {
-        let zeros = || Unknowns::zeros(equations.chain.nodes);
+impl Motion for Rodas4 {
+    type Contacts = Vec<Contact>;
+
+    fn of(plan: &Plan, law: RateAndState) -> Rodas4 {
+        let equations = Equations::of(plan, law);
+        let end = Unknowns(vec![0.0; AdaptiveState::unknowns(plan)]);
         Rodas4 {
-            linear: StageSystem::of(equations.chain.nodes),
-            changes: std::array::from_fn(|_| zeros()),
-            end: zeros(),
-            tolerance,
-            scales: (0..equations.chain.nodes).map(|n| equations.scales(n)).collect(),
+            linear: StageSystem::of(plan.blocks),
+            changes: std::array::from_fn(|_| end.clone()),
+            end,
+            tolerance: law.tolerance,
+            scales: (0..plan.blocks).map(|n| equations.scales(n)).collect(),
+            equations,
         }
     }
 
-    /// The value of an unknown, by its place, within the last step, after a share of it. It depends on the stages alone:
-    /// rates at the ends, where friction responds fast, would multiply its rounding errors.
-    pub(super) fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64 {
+    fn contacts(&self) -> &Vec<Contact> {
+        &self.equations.contacts
+    }
+
+    fn velocity(contacts: &Vec<Contact>, n: usize) -> f64 {
+        contacts[n].velocity
+    }
+
+    fn begin_piece(&mut self, plan: &Plan, step: u64) {
+        self.equations.begin_piece(plan, step);
+    }
+
+    fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
+        self.equations.evaluate(at, outside);
+    }
+
+    fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
+        self.equations.rates(at, outside, rates);
+    }
+
+    fn end(&mut self) -> &mut Unknowns {
+        &mut self.end
+    }
+
+    fn longest_step_s(&self, begin: &StepEnd<Rodas4>) -> f64 {
+        begin.outside.longest_step_s()
+    }
+
+    fn next_step_s(planned_s: f64, step_s: f64, error: f64) -> f64 {
+        let next_s = step_s * factor(error);
+        // A step that was cut short at a knot says little about the next one.
+        if error <= 1.0 && step_s < planned_s { next_s.max(planned_s) } else { next_s }
+    }
+
+    /// It depends on the stages alone: rates at the ends, where friction responds fast, would multiply its rounding
+    /// errors.
+    fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64 {
         let of = |row: &[f64; STAGES - 1]| -> f64 {
             row.iter().zip(&self.changes).map(|(d, change)| d * change.0[place]).sum()
         };
@@ -110,8 +153,8 @@ impl Rodas4 {
         rest * begin.0[place] + share * (self.end.0[place] + rest * (second + share * third))
     }
 
-    /// Computes a step of `step_s`; returns its error, over the accepted one.
-    pub(super) fn step(&mut self, equations: &mut Equations, begin: &StepEnd, step_s: f64) -> f64 {
+    fn step(&mut self, begin: &StepEnd<Rodas4>, step_s: f64) -> f64 {
+        let equations = &mut self.equations;
         self.linear.factorise(equations, begin, 1.0 / (step_s * GAMMA));
         // The stages of time, in steps.
         let mut times = [0.0; STAGES];
@@ -158,5 +201,38 @@ impl Rodas4 {
             }
         }
         error
+    }
+
+    fn speed_within(
+        &self,
+        n: usize,
+        [begin, _]: [&StepEnd<Rodas4>; 2],
+        outside: impl Fn(f64) -> DriveAndLoad,
+    ) -> impl Fn(f64) -> f64 {
+        move |share| {
+            let unknown = |place| self.within(&begin.at, share, place);
+            self.equations.speed_m_per_s(n, outside(share), unknown)
+        }
+    }
+
+    fn tangential_force_n(&self, n: usize) -> f64 {
+        self.equations.tangential_force_n(n)
+    }
+
+    fn driving_n(&self, at: &Unknowns) -> f64 {
+        let springs = self.equations.drive_n_per_m.iter().zip(&at.0);
+        springs.filter(|(k, _)| **k > 0.0).map(|(k, w)| -k * w).sum()
+    }
+
+    fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy {
+        self.equations.energy(at, slider)
+    }
+
+    fn moment_n(&self) -> f64 {
+        self.equations.moment_n
+    }
+
+    fn friction_of(&self, at: &StepEnd<Rodas4>, n: usize) -> [f64; 4] {
+        self.equations.friction_of(&at.at, at.outside, n)
     }
 }

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use asperity_record::{Record, Row, Series, SeriesBlock};
 
 use crate::adaptive::Adaptive;
-use crate::adaptive::equations::DriveAndLoad;
+use crate::adaptive::motion::{DriveAndLoad, Motion};
 
-impl Adaptive {
+impl<M: Motion> Adaptive<M> {
     /// Records the accepted step of a length that ends where this one begins, or else where it ends, if it is one of
     /// those that the plan asks for. Grid steps up to `until_step` may have records before it.
     pub(super) fn record_series(&mut self, is_begin: bool, step_s: f64, until_step: u64) {
@@ -31,8 +31,7 @@ impl Adaptive {
         let (piece, later_s) = (DriveAndLoad::from_step(&plan, step), time_s - grid.time_s(step));
         let moved_m = later_s * (piece.drive_m_per_s + 0.5 * later_s * piece.drive_m_per_s2);
         let point_m = plan.outside(step, self.slider.hold_step).point_m + moved_m;
-        let (law, (behind_m, friction, state, _)) = (&self.equations.law, at.at.parts());
-        let velocity = |n: usize| at.contacts[n].velocity;
+        let velocity = |n: usize| M::velocity(&at.contacts, n);
         let speeds = (0..plan.blocks).map(|n| (n, velocity(n).abs()));
         let (fastest, v_max_m_per_s) =
             speeds.fold((0, 0.0), |most, at| if at.1 > most.1 { at } else { most });
@@ -44,21 +43,20 @@ impl Adaptive {
             step_s,
             v_max_m_per_s,
             v_max_block: fastest as u32 + 1,
-            moment_rate_n_m_per_s: self.equations.chain.stiffness_n_per_m * plan.spacing_m * sum_m_per_s,
+            moment_rate_n_m_per_s: self.motion.moment_n() * sum_m_per_s,
         })));
         for n in plan.recording.series_blocks.iter().copied() {
-            let above = (state[n] - law.reference_coefficient) / plan.friction.evolution_effects[n];
-            let theta_s = law.steady_theta_s(law.reference_velocity_m_per_s) * libm::exp(above);
+            let [friction_n, friction_ratio, state, theta_s] = self.motion.friction_of(at, n);
             self.recorder.ready.push_back(Record::Row(Row::new(SeriesBlock {
                 step,
                 time_s,
                 block: n as u32 + 1,
-                slip_m: behind_m[n] + point_m,
+                slip_m: at.at.0[n] + point_m,
                 velocity_m_per_s: velocity(n),
-                friction_n: self.equations.direct_n(n, at.outside) * friction[n],
-                friction_ratio: law.direct_effect * friction[n],
-                state: state[n],
-                theta_s: theta_s.min(f64::MAX),
+                friction_n,
+                friction_ratio,
+                state,
+                theta_s,
             })));
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_model::law::laws::FrictionLaw;
 
-use crate::adaptive::Adaptive;
+use crate::adaptive::adaptive;
 use crate::leap::fast::{ChainLeaps, Fast, LatticeLeaps};
 use crate::records::solver::Solver;
 use crate::step::plain::Plain;
@@ -65,7 +65,7 @@ impl SolverKind {
         match self {
             SolverKind::Fast => fast(plan),
             SolverKind::Plain => Box::new(Plain::new(plan)),
-            SolverKind::Adaptive => Box::new(Adaptive::new(plan)),
+            SolverKind::Adaptive => adaptive(plan),
         }
     }
 }

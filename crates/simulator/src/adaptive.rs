@@ -1,16 +1,20 @@
 //! The solver for rate-and-state friction, whose steps follow the motion: seconds between ruptures, nanoseconds
 //! within.
 //!
-//! `equations` has the equations of motion, `linear` the systems of their derivatives, `rodas4` the steps. Nothing
-//! sticks; a block *slides* from where its speed rises above the event speed `V_th` until it falls below half of it.
-//! These crossings are its detachments and re-attachments, found on the method's cubic through a step, whose error is
-//! of the order of `h^4`, as the estimate that bounds the step.
+//! `motion` says what equations and methods are to the loop in this file. Of a chain, `equations` has the equations of
+//! motion, `linear` the systems of their derivatives, `rodas4` the steps; of a line in a medium, `line` the equations,
+//! `convolution` its stress, `dormand_prince` the steps. Nothing sticks; a block *slides* from where its speed rises above the event speed `V_th` until it falls below half of it.
+//! These crossings are its detachments and re-attachments, found on the method's polynomial through a step, whose
+//! error is of the order of `h^4` or less, as the estimate that bounds the step.
 //!
 //! The grid of `time.step_s` is that of the records: a crossing is recorded in the first grid step after it, and what
 //! is due in a grid step is read off the cubics. So recording never changes a trajectory. `series` records the solver's
 //! own steps.
 
+mod convolution;
+mod dormand_prince;
 mod equations;
+mod line;
 mod linear;
 mod motion;
 mod rodas4;
@@ -21,6 +25,7 @@ use std::sync::Arc;
 use asperity_model::plan::outside::Driving;
 use asperity_model::{AdaptiveState, Crossing, Plan, SliderState, Sum};
 
+use crate::adaptive::dormand_prince::DormandPrince;
 use crate::adaptive::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
 use crate::adaptive::rodas4::Rodas4;
 use crate::records::counters::Counters;
@@ -44,7 +49,10 @@ const HYSTERESIS: f64 = 0.5;
 
 /// A solver at the start of a plan of rate-and-state friction.
 pub(crate) fn adaptive(plan: Arc<Plan>) -> Box<dyn Solver> {
-    Box::new(Adaptive::<Rodas4>::new(plan))
+    match &plan.medium {
+        Some(_) => Box::new(Adaptive::<DormandPrince>::new(plan)),
+        None => Box::new(Adaptive::<Rodas4>::new(plan)),
+    }
 }
 
 /// Solves rate-and-state friction by steps of varying length.

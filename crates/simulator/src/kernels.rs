@@ -10,9 +10,11 @@
 //! In reading order: `elastic`, the pull between nodes; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, for windows; `fourier`, for jumps of long chains; `energy`,
 //! sums for the energies. `lattice` moves the nodes of a lattice, `contacts` is for its contacts, and `dense`
-//! and `band` serve its modes; `junctions` is for the contacts of any body, and all else is of chains. `simd`
+//! and `band` serve its modes; `junctions` is for the contacts of any body, `balance` for a line in a
+//! medium, and all else is of chains. `simd`
 //! lists the instruction sets.
 
+mod balance;
 mod band;
 mod coefficients;
 mod contacts;
@@ -28,6 +30,7 @@ mod simd;
 mod step;
 mod terms;
 
+pub(crate) use balance::{NodeFriction, age, powers, velocities};
 pub(crate) use band::{Entry, ROWS, factor_rows, solve_band};
 pub(crate) use coefficients::{Coefficients, FOLLOWED, next_coefficients};
 pub(crate) use contacts::{ContactInputs, apply_friction, friction_work, tangential_force};
@@ -36,7 +39,7 @@ pub(crate) use elastic::pull;
 pub(crate) use energy::{
     Changing, Forms, Moved, StepWork, directed, forms, sliding_product, step_work, stored,
 };
-pub(crate) use fourier::{NEAR, Near, bessel, fourier, from_cosines, gather, spread, to_cosines};
+pub(crate) use fourier::{NEAR, Near, bessel, fourier, from_cosines, gather, multiply, spread, to_cosines};
 pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin, margins};
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
 pub(crate) use lattice::{lattice_dashpots, lattice_move, lattice_springs};

@@ -10,7 +10,13 @@ use crate::plan::ledger::Sum;
 /// take, work of the prestress.
 pub const ENERGIES: usize = 5;
 
-/// Length of the first step, over the time in which the drive moves by `Dc`.
+/// Likewise in a medium: work of drive and prestress, friction heat, what waves carry away.
+pub const POWERS: usize = 3;
+
+/// Length of the first step in a medium, s.
+const FIRST_STEP_S: f64 = 1e-3;
+
+/// Length of the first step of a chain, over the time in which the drive moves by `Dc`.
 const FIRST_STEP: f64 = 1e-6;
 
 /// The beginning of the step in which a slider is, its length, and what it has found ahead: a solver takes the same
@@ -24,10 +30,11 @@ pub struct AdaptiveState {
     pub accepted_steps: u64,
     /// Its length; 0 before the first one.
     pub step_s: f64,
-    /// The length to try next.
+    /// The length to try next; in a medium, that without the bound of stability.
     pub next_step_s: f64,
     /// `u_n - X` of each block, X the drive point, m; friction over `a p_n`; the states `psi_n`; and work of the drive,
-    /// friction heat, radiation, viscous loss and work of the prestress, J.
+    /// friction heat, radiation, viscous loss and work of the prestress, J. In a medium `u_n - X`, the states `phi_n`, and
+    /// [`POWERS`] energies, J per metre of strike.
     pub unknowns: Vec<f64>,
     /// Crossings of the event speed after the last grid step, up to the end of the step.
     pub crossings: Vec<Crossing>,
@@ -54,17 +61,22 @@ impl AdaptiveState {
         let friction =
             at_start.map(|(velocity, state)| law.coefficient(*velocity, *state) / law.direct_effect);
         let fastest = initial.velocity_m_per_s.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let friction = friction.filter(|_| plan.medium.is_none());
         let speeds = [plan.drive.velocity_m_per_s, fastest, law.reference_velocity_m_per_s];
         let speed = speeds.into_iter().find(|speed| *speed > 0.0).unwrap_or(1.0);
         Some(Box::new(AdaptiveState {
             time_s: Sum { total: plan.grid.time_s(initial.step), rest: 0.0 },
             accepted_steps: 0,
             step_s: 0.0,
-            next_step_s: FIRST_STEP * law.critical_slip_m / speed,
+            next_step_s: match plan.medium {
+                Some(_) => FIRST_STEP_S,
+                None => FIRST_STEP * law.critical_slip_m / speed,
+            },
             unknowns: behind_m
                 .chain(friction)
                 .chain(initial.friction_state.iter().copied())
                 .chain([0.0; ENERGIES])
+                .take(AdaptiveState::unknowns(plan))
                 .collect(),
             crossings: Vec::new(),
         }))
@@ -72,12 +84,12 @@ impl AdaptiveState {
 
     /// The place of the first energy among the unknowns; the states of the blocks are before it.
     pub fn energies_from(plan: &Plan) -> usize {
-        3 * plan.blocks
+        if plan.medium.is_some() { 2 * plan.blocks } else { 3 * plan.blocks }
     }
 
     /// How many unknowns there are.
     pub fn unknowns(plan: &Plan) -> usize {
-        AdaptiveState::energies_from(plan) + ENERGIES
+        AdaptiveState::energies_from(plan) + if plan.medium.is_some() { POWERS } else { ENERGIES }
     }
 
     /// Checks a loaded state, of a slider after `step`, against the plan.

@@ -74,8 +74,8 @@ pub(super) trait Motion: Clone + Debug + Send {
     /// Energies at unknowns that were evaluated last, those of a slider.
     fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy;
 
-    /// Moment rate over the sum of the velocities, N.
-    fn moment_n(&self) -> f64;
+    /// Moment rate.
+    fn moment_rate_n_m_per_s(&self, contacts: &Self::Contacts) -> f64;
 
     /// Of block `n`: friction, N, friction over the load, `psi` and `theta`, s.
     fn friction_of(&self, at: &StepEnd<Self>, n: usize) -> [f64; 4];

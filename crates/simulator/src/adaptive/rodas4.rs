@@ -228,8 +228,9 @@ impl Motion for Rodas4 {
         self.equations.energy(at, slider)
     }
 
-    fn moment_n(&self) -> f64 {
-        self.equations.moment_n
+    fn moment_rate_n_m_per_s(&self, contacts: &Vec<Contact>) -> f64 {
+        let sum_m_per_s: f64 = contacts.iter().map(|contact| contact.velocity).sum();
+        self.equations.moment_n * sum_m_per_s
     }
 
     fn friction_of(&self, at: &StepEnd<Rodas4>, n: usize) -> [f64; 4] {

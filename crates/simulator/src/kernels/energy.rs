@@ -41,7 +41,7 @@ pub(crate) struct StepWork {
 
 /// Sums over the first `count` elements of arrays of what `parts_of` makes of the numbers of each.
 #[inline(always)]
-fn sums<const ARRAYS: usize, const SUMS: usize>(
+pub(super) fn sums<const ARRAYS: usize, const SUMS: usize>(
     count: usize,
     arrays: [&[f64]; ARRAYS],
     parts_of: impl Fn(usize, [f64; ARRAYS]) -> [f64; SUMS],

@@ -128,6 +128,39 @@ fn by_four(
     }
 }
 kernel! {
+    /// Turns the transform `Z` of a real sequence of length `M = 2 C`, its even numbers as real and its odd ones as
+    /// imaginary parts, into the conjugate of that of its convolution with an even sequence, over `C`. `S` is the
+    /// transform of the latter, up to `C`, and turns are `t = e^(-2 pi i k / M)`.
+    fn multiply(values: [&mut [f64]; 2], spectrum: &[f64], turns: [&[f64]; 2]) {
+        let ([re, im], size) = (values, spectrum.len() - 1);
+        let per = 0.25 / size as f64;
+        // `E + t O` and `E - t O` are the transforms of the sequence at `k` and `C - k`, conjugated.
+        let pair = |[x, y]: [f64; 2], [u, v]: [f64; 2], [s, s_other]: [f64; 2], [c, d]: [f64; 2]| {
+            let (e_re, e_im, o_re, o_im) = (x + u, y - v, y + v, u - x);
+            let (t_re, t_im) = (c * o_re - d * o_im, c * o_im + d * o_re);
+            let (a_re, a_im) = ((e_re + t_re) * s, (e_im + t_im) * s);
+            let (b_re, b_im) = ((e_re - t_re) * s_other, (e_im - t_im) * s_other);
+            let (e_re, e_im, d_re, d_im) = (a_re + b_re, a_im + b_im, a_re - b_re, a_im - b_im);
+            let (o_re, o_im) = (c * d_re + d * d_im, c * d_im - d * d_re);
+            [[per * (e_re - o_im), -per * (e_im + o_re)], [per * (e_re + o_im), per * (e_im - o_re)]]
+        };
+        let first = [re[0], im[0]];
+        [re[0], im[0]] = pair(first, first, [spectrum[0], spectrum[size]], [1.0, 0.0])[0];
+        for k in 1..=size / 2 {
+            let j = size - k;
+            let [here, there] = pair(
+                [re[k], im[k]],
+                [re[j], im[j]],
+                [spectrum[k], spectrum[j]],
+                [turns[0][k], turns[1][k]],
+            );
+            [re[k], im[k]] = here;
+            [re[j], im[j]] = there;
+        }
+    }
+}
+
+kernel! {
     /// The cosine sums of two real quantities, from the Fourier sums `V` of both as one complex one:
     /// `C_g = (w_g V_g + conj(w_g) V_{G-g}) / 2`, `w_g = exp(-i pi g / (2 G))`.
     fn to_cosines(sums: [&mut [f64]; 2], of: [&[f64]; 2], turns: [&[f64]; 2]) {

@@ -14,6 +14,7 @@ mod front_speed;
 mod instability_stop;
 mod junctions;
 mod laws;
+mod medium;
 mod one_block;
 mod page;
 mod physics;

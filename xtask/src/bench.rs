@@ -28,6 +28,7 @@ together take about twenty minutes. Parts:
   area            sheets and bodies
   junctions       steps of contacts made of junctions
   rate-and-state  the adaptive solver, at several tolerances
+  seas            a fault line in a medium, of 400 to 6,400 nodes
   studies         asperity sweep run, beside bare solvers in as many processes
   logs            writing and reading run logs
   diff            comparing event tables of up to a million events

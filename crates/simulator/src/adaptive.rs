@@ -25,9 +25,9 @@ use std::sync::Arc;
 use asperity_model::plan::outside::Driving;
 use asperity_model::{AdaptiveState, Crossing, Plan, SliderState, Sum};
 
-use crate::adaptive::dormand_prince::DormandPrince;
-use crate::adaptive::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
-use crate::adaptive::rodas4::Rodas4;
+use crate::adaptive::equations::Equations;
+use crate::adaptive::line::Line;
+use crate::adaptive::motion::{DriveAndLoad, Method, Motion, StepEnd, Unknowns};
 use crate::records::counters::Counters;
 use crate::records::pace::{Pace, Snapshot};
 use crate::records::recorder::{Recorder, at_block};
@@ -50,8 +50,8 @@ const HYSTERESIS: f64 = 0.5;
 /// A solver at the start of a plan of rate-and-state friction.
 pub(crate) fn adaptive(plan: Arc<Plan>) -> Box<dyn Solver> {
     match &plan.medium {
-        Some(_) => Box::new(Adaptive::<DormandPrince>::new(plan)),
-        None => Box::new(Adaptive::<Rodas4>::new(plan)),
+        Some(_) => Box::new(Adaptive::<Line>::new(plan)),
+        None => Box::new(Adaptive::<Equations>::new(plan)),
     }
 }
 
@@ -60,6 +60,7 @@ pub(crate) fn adaptive(plan: Arc<Plan>) -> Box<dyn Solver> {
 struct Adaptive<M: Motion> {
     plan: Arc<Plan>,
     motion: M,
+    method: M::Method,
     event_speed_m_per_s: f64,
     /// The slider at the last grid step that was recorded.
     slider: SliderState,
@@ -90,9 +91,16 @@ struct Adaptive<M: Motion> {
 impl<M: Motion> Adaptive<M> {
     fn new(plan: Arc<Plan>) -> Adaptive<M> {
         let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
-        let motion = M::of(&plan, law);
+        let mut motion = M::of(&plan, law);
         let zeros = Unknowns(vec![0.0; AdaptiveState::unknowns(&plan)]);
-        let slider = SliderState { adaptive: None, ..plan.initial.clone() };
+        let mut slider = SliderState { adaptive: None, ..plan.initial.clone() };
+        let initial = plan.initial.adaptive.as_ref().expect("the state of an adaptive solver");
+        if plan.medium.is_some() && initial.step_s == 0.0 {
+            // What slip another run left behind takes a convolution.
+            motion.evaluate(&mut Unknowns(initial.unknowns.clone()), DriveAndLoad::default());
+            let forces_n = slider.tangential_force_n.iter_mut().enumerate();
+            forces_n.for_each(|(n, force_n)| *force_n = motion.tangential_force_n(n));
+        }
         let mut solver = Adaptive {
             recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
@@ -109,6 +117,7 @@ impl<M: Motion> Adaptive<M> {
             stopped: None,
             counters: Counters::default(),
             event_speed_m_per_s: law.event_speed_m_per_s,
+            method: M::Method::new(&motion, &plan, law.tolerance),
             motion,
             slider,
             plan,
@@ -126,7 +135,7 @@ impl<M: Motion> Adaptive<M> {
         self.look_at(self.slider.step);
         let from = AdaptiveState::energies_from(&self.plan);
         let before_j = self.within.0[from..].to_vec();
-        for unknowns in [&mut self.begin.at, &mut self.end.at, self.motion.end(), &mut self.within] {
+        for unknowns in [&mut self.begin.at, &mut self.end.at, self.method.end(), &mut self.within] {
             let energies_j = unknowns.0[from..].iter_mut().zip(&before_j);
             energies_j.for_each(|(energy_j, before_j)| *energy_j -= before_j);
         }
@@ -137,9 +146,9 @@ impl<M: Motion> Adaptive<M> {
     /// Brings unknowns and equations to a grid step within the step; returns the share of the step up to it.
     fn look_at(&mut self, step: u64) -> f64 {
         let share = self.share_of(step);
-        let Adaptive { motion, begin, within, .. } = &mut *self;
+        let Adaptive { method, begin, within, .. } = &mut *self;
         for (place, unknown) in within.0.iter_mut().enumerate() {
-            *unknown = motion.within(&begin.at, share, place);
+            *unknown = method.within(&begin.at, share, place);
         }
         let outside = self.piece.at(self.plan.grid.time_s(step));
         self.motion.evaluate(&mut self.within, outside);
@@ -173,7 +182,7 @@ impl<M: Motion> Adaptive<M> {
             self.end.clone_from(&self.begin);
             self.find_crossings(false);
         } else {
-            self.motion.step(&self.begin, self.step_s);
+            self.method.step(&mut self.motion, &self.begin, self.step_s);
             self.close_step();
         }
     }
@@ -187,7 +196,7 @@ impl<M: Motion> Adaptive<M> {
     /// Ends the step that was computed last, and takes the derivatives for the next one.
     fn close_step(&mut self) {
         let outside = self.piece.at(self.end_s().value());
-        self.motion.close(&mut self.end, outside);
+        self.method.close(&mut self.motion, &mut self.end, outside);
     }
 
     /// When the step ends.
@@ -225,7 +234,8 @@ impl<M: Motion> Adaptive<M> {
             knot => self.seconds_to(plan.grid.time_s(knot)),
         };
         loop {
-            let step_s = self.next_step_s.min(left_s).min(self.motion.longest_step_s(&self.begin));
+            let step_s =
+                self.next_step_s.min(left_s).min(M::Method::longest_step_s(&self.motion, &self.begin));
             if step_s < SHORTEST_STEP_S {
                 return Err(self.overflow());
             }
@@ -238,8 +248,8 @@ impl<M: Motion> Adaptive<M> {
                 )));
             }
             self.passed.1 += 1;
-            let error = self.motion.step(&self.begin, step_s);
-            self.next_step_s = M::next_step_s(self.next_step_s, step_s, error);
+            let error = self.method.step(&mut self.motion, &self.begin, step_s);
+            self.next_step_s = M::Method::next_step_s(self.next_step_s, step_s, error);
             if error <= 1.0 {
                 self.step_s = step_s;
                 break;
@@ -361,7 +371,7 @@ impl<M: Motion> Adaptive<M> {
     /// The speed of block `n` after shares of the step.
     fn speed_within(&self, n: usize) -> impl Fn(f64) -> f64 {
         let outside = |share| self.piece.at(self.time_s.value() + share * self.step_s);
-        self.motion.speed_within(n, [&self.begin, &self.end], outside)
+        self.method.speed_within((&self.motion, n), [&self.begin, &self.end], outside)
     }
 
     /// Moves the slider to a grid step within the step, and records it.
@@ -375,12 +385,13 @@ impl<M: Motion> Adaptive<M> {
         slider.step = step;
         slider.sliding = slider.detached;
         let point_m = plan.outside(step, slider.hold_step).point_m;
-        let [behind_m, state] = self.within.slip_and_state(&plan);
+        let at = &self.within.0;
+        let states = &at[AdaptiveState::energies_from(&plan) - plan.blocks..];
         for n in 0..plan.blocks {
-            slider.displacement_m[n] = behind_m[n] + point_m;
+            slider.displacement_m[n] = at[n] + point_m;
             slider.velocity_m_per_s[n] = M::velocity(self.motion.contacts(), n);
             slider.tangential_force_n[n] = self.motion.tangential_force_n(n);
-            slider.friction_state[n] = state[n];
+            slider.friction_state[n] = states[n];
         }
         if !plan.has_given_loads() {
             slider.normal_load_n = plan.outside(step, slider.hold_step).loads_n();
@@ -397,7 +408,12 @@ impl<M: Motion> Adaptive<M> {
         self.counters.switches += switched.len() as u64;
         let edge = was_sliding != (slider.sliding > 0);
         let energy = self.motion.energy(&self.within, slider);
-        let driving = Driving { total_n: self.motion.driving_n(&self.within), ..Driving::default() };
+        let springs = plan.drive.springs.iter();
+        let total_n = match plan.medium {
+            Some(_) => slider.tangential_force_n.iter().sum(),
+            None => springs.map(|spring| -spring.stiffness_n_per_m * at[spring.block]).sum(),
+        };
+        let driving = Driving { total_n, ..Driving::default() };
         if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
             let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());
             self.slider.peak_velocity_m_per_s = Some(speeds.fold(0.0, f64::max));

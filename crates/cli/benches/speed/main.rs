@@ -15,6 +15,7 @@ mod junctions;
 mod logs;
 mod pays;
 mod rate_and_state;
+mod seas;
 mod slabs;
 mod studies;
 
@@ -35,7 +36,7 @@ const ROUNDS: usize = 5;
 const LOOP_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
-const PARTS: [(&str, fn()); 13] = [
+const PARTS: [(&str, fn()); 14] = [
     ("runs", whole_runs),
     ("chains", long_chains),
     ("switches", chains::switches),
@@ -45,6 +46,7 @@ const PARTS: [(&str, fn()); 13] = [
     ("area", area::area),
     ("junctions", junctions::junctions),
     ("rate-and-state", rate_and_state::rate_and_state),
+    ("seas", seas::seas),
     ("studies", studies::studies),
     ("logs", logs::logs),
     ("diff", diff::tables),

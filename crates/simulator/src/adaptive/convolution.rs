@@ -84,16 +84,13 @@ impl Convolution {
 
     /// Adds the stress of slip `w` to a prestress.
     pub(super) fn stress(&mut self, stress: &mut [f64], prestress: &[f64], w: &[f64]) {
-        let (nodes, half) = (w.len(), self.spectrum.len() - 1);
         let [re, im] = &mut self.values;
         re.fill(0.0);
         im.fill(0.0);
         for (j, w) in w.iter().enumerate() {
-            [&mut *re, &mut *im][j % 2][j / 2] = *w;
-        }
-        if let Some(beside) = self.image {
-            for (j, w) in w.iter().enumerate().skip(1 - beside) {
-                let place = 2 * half - beside - j;
+            let image = self.image.filter(|beside| j + beside > 0);
+            let image = image.map(|beside| 2 * re.len() - beside - j);
+            for place in [Some(j), image].into_iter().flatten() {
                 [&mut *re, &mut *im][place % 2][place / 2] = *w;
             }
         }
@@ -101,7 +98,7 @@ impl Convolution {
         kernels::fourier([re, im], [a, b], [cos, sin]);
         kernels::multiply([re, im], &self.spectrum, self.half_turns.each_ref().map(|turns| &**turns));
         kernels::fourier([re, im], [a, b], [cos, sin]);
-        for n in 0..nodes {
+        for n in 0..w.len() {
             let of = if n.is_multiple_of(2) { re[n / 2] } else { -im[n / 2] };
             stress[n] = prestress[n] + of;
         }

@@ -4,13 +4,10 @@
 //! A linearly implicit method would factor a full matrix. The line is not stiff enough for that: its fastest decay is
 //! `max |S| dV/dT + max |V| / D_c`, and steps are bounded by what is stable under it.
 
-use asperity_model::law::rate_and_state::RateAndState;
-use asperity_model::plan::adaptive_state::POWERS;
-use asperity_model::{AdaptiveState, Plan, SliderState};
-use asperity_record::Energy;
+use asperity_model::{AdaptiveState, Plan};
 
-use super::line::{Field, Line};
-use super::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
+use super::line::Line;
+use super::motion::{DriveAndLoad, Method, Motion, StepEnd, Unknowns, factor};
 use crate::kernels;
 
 const STAGES: usize = 7;
@@ -44,22 +41,17 @@ const DENSE: [f64; STAGES] = [
 /// The step times the fastest decay: stable up to 3.31.
 const STABLE: f64 = 3.3;
 
-/// Factors on the length of a step after one of error 1, bounds, and the largest length to try, s.
-const SAFETY: f64 = 0.9;
-const LEAST_FACTOR: f64 = 0.1;
-const MOST_FACTOR: f64 = 4.0;
+/// The largest length to try, s.
 const LONGEST_S: f64 = 1e30;
 
-/// A line, and the stages of a step.
+/// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct DormandPrince {
-    line: Line,
-    /// The rates at all stages, one after the other.
-    rates: Vec<f64>,
+    /// The rates at each.
+    rates: [Unknowns; STAGES],
     step_s: f64,
     end: Unknowns,
-    /// A sum over the stages.
-    sum: Vec<f64>,
+    error: Unknowns,
     /// One over the accepted errors of `w` and `phi`.
     per_error: Vec<f64>,
 }
@@ -73,139 +65,89 @@ fn extension(share: f64, [begin, end]: [f64; 2], [first, last, sum]: [f64; 3]) -
 
 impl DormandPrince {
     /// For [`extension`], of a quantity of which the rates at the stages are given.
-    fn changes(&self, rate: impl Fn(usize) -> f64) -> [f64; 3] {
-        let sum: f64 = DENSE.iter().enumerate().map(|(stage, d)| d * rate(stage)).sum();
-        [rate(0), rate(STAGES - 1), sum].map(|rate| self.step_s * rate)
-    }
-
-    /// The end of the step after the first stages of a method.
-    fn combine(&mut self, begin: &[f64], weights: &[f64]) {
-        kernels::combine(&mut self.sum, &self.rates, begin.len(), weights);
-        for ((end, begin), sum) in self.end.0.iter_mut().zip(begin).zip(&self.sum) {
-            *end = begin + self.step_s * sum;
-        }
+    fn changes(&self, rate: impl Fn(&[f64]) -> f64) -> [f64; 3] {
+        let rates = self.rates.each_ref().map(|rates| rate(&rates.0));
+        let sum: f64 = DENSE.iter().zip(rates).map(|(d, rate)| d * rate).sum();
+        [rates[0], rates[STAGES - 1], sum].map(|rate| self.step_s * rate)
     }
 }
 
-impl Motion for DormandPrince {
-    type Contacts = Field;
-
-    fn of(plan: &Plan, law: RateAndState) -> DormandPrince {
+impl Method<Line> for DormandPrince {
+    fn new(_: &Line, plan: &Plan, tolerance: f64) -> DormandPrince {
         let medium = plan.medium.as_ref().expect("the plan has a medium");
-        let unknowns = AdaptiveState::unknowns(plan);
+        let zeros = || Unknowns(vec![0.0; AdaptiveState::unknowns(plan)]);
         let of_state = |(a, b): (&f64, &f64)| if b > a { a / b } else { 1.0 };
         let of_states = medium.direct_effect.iter().zip(&medium.evolution_effect).map(of_state);
-        let accepted = medium.critical_slip_m.iter().copied().chain(of_states);
+        let scales = medium.critical_slip_m.iter().copied().chain(of_states);
         DormandPrince {
-            line: Line::of(medium, law),
-            rates: vec![0.0; STAGES * unknowns],
+            rates: std::array::from_fn(|_| zeros()),
             step_s: 0.0,
-            end: Unknowns(vec![0.0; unknowns]),
-            sum: vec![0.0; unknowns],
-            per_error: accepted.map(|scale| 1.0 / (law.tolerance * scale)).collect(),
+            end: zeros(),
+            error: zeros(),
+            per_error: scales.map(|scale| 1.0 / (tolerance * scale)).collect(),
         }
     }
 
-    fn contacts(&self) -> &Field {
-        &self.line.field
-    }
-
-    fn velocity(contacts: &Field, n: usize) -> f64 {
-        contacts.velocity[n]
-    }
-
-    fn evaluate(&mut self, at: &mut Unknowns, _: DriveAndLoad) {
-        let (w, phi) = at.0[..self.per_error.len()].split_at(self.per_error.len() / 2);
-        self.line.evaluate(w, phi);
-    }
-
-    fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
-        let phi = &at.0[self.per_error.len() / 2..self.per_error.len()];
-        self.line.rates(phi, outside.drive_m_per_s, &mut rates.0);
-    }
-
-    fn step(&mut self, begin: &StepEnd<DormandPrince>, step_s: f64) -> f64 {
-        let size = begin.at.0.len();
+    fn step(&mut self, line: &mut Line, begin: &StepEnd<Line>, step_s: f64) -> f64 {
         self.step_s = step_s;
-        self.rates[..size].copy_from_slice(&begin.rates.0);
+        self.rates[0].0.copy_from_slice(&begin.rates.0);
         for (stage, weights) in (1..).zip(A) {
-            self.combine(&begin.at.0, weights);
-            let (w, rest) = self.end.0.split_at(self.per_error.len() / 2);
-            let phi = &rest[..w.len()];
-            self.line.evaluate(w, phi);
-            self.line.rates(phi, begin.outside.drive_m_per_s, &mut self.rates[stage * size..][..size]);
+            self.end.0.copy_from_slice(&begin.at.0);
+            for (weight, rates) in weights.iter().zip(&self.rates) {
+                self.end.add(step_s * weight, rates);
+            }
+            line.evaluate(&mut self.end, begin.outside);
+            line.rates(&self.end, begin.outside, &mut self.rates[stage]);
         }
-        kernels::combine(&mut self.sum, &self.rates, size, &ERROR);
-        let errors = self.sum.iter().zip(&self.per_error).map(|(sum, per_error)| (sum * per_error).abs());
+        self.error.0.fill(0.0);
+        for (weight, rates) in ERROR.iter().zip(&self.rates) {
+            self.error.add(step_s * weight, rates);
+        }
+        let errors =
+            self.error.0.iter().zip(&self.per_error).map(|(error, per_error)| (error * per_error).abs());
         // A NaN stays.
-        let larger = |most: f64, error: f64| if most.is_nan() || error <= most { most } else { error };
-        step_s * errors.fold(0.0, larger)
+        errors.fold(0.0, |most, error| if most.is_nan() || error <= most { most } else { error })
     }
 
     fn end(&mut self) -> &mut Unknowns {
         &mut self.end
     }
 
-    fn close(&mut self, end: &mut StepEnd<DormandPrince>, outside: DriveAndLoad) {
-        let size = self.end.0.len();
+    /// The last stage has evaluated it.
+    fn close(&mut self, line: &mut Line, end: &mut StepEnd<Line>, outside: DriveAndLoad) {
         end.at.0.copy_from_slice(&self.end.0);
-        end.rates.0.copy_from_slice(&self.rates[(STAGES - 1) * size..]);
-        end.contacts.clone_from(&self.line.field);
+        end.rates.0.copy_from_slice(&self.rates[STAGES - 1].0);
+        end.contacts.clone_from(line.contacts());
         end.outside = outside;
     }
 
-    fn longest_step_s(&self, begin: &StepEnd<DormandPrince>) -> f64 {
-        STABLE / self.line.decay_per_s(&begin.contacts)
+    fn longest_step_s(line: &Line, begin: &StepEnd<Line>) -> f64 {
+        STABLE / line.decay_per_s(&begin.contacts)
     }
 
     /// What the error asks for, although stability may have asked for less.
     fn next_step_s(planned_s: f64, step_s: f64, error: f64) -> f64 {
-        let factor = SAFETY * libm::pow(error, -0.2);
-        let factor = if factor.is_nan() { LEAST_FACTOR } else { factor.clamp(LEAST_FACTOR, MOST_FACTOR) };
+        let factor = factor(libm::pow(error, 0.2));
         if error <= 1.0 { (factor * planned_s).min(LONGEST_S) } else { factor * step_s }
     }
 
     fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64 {
-        let rate = |stage: usize| self.rates[stage * self.sum.len() + place];
-        extension(share, [begin.0[place], self.end.0[place]], self.changes(rate))
+        extension(share, [begin.0[place], self.end.0[place]], self.changes(|rates| rates[place]))
     }
 
     /// Stress is linear in slip, so its extension has the convolution of the rates, which one node takes as a sum.
-    fn speed_within(
-        &self,
-        n: usize,
-        [begin, end]: [&StepEnd<DormandPrince>; 2],
-        _: impl Fn(f64) -> DriveAndLoad,
-    ) -> impl Fn(f64) -> f64 {
-        let (stiffness, size) = (self.line.stiffness_pa_per_m(n), self.sum.len());
-        let stress_rate =
-            |stage: usize| kernels::product(&stiffness, &self.rates[stage * size..][..stiffness.len()]);
-        let (changes, place) = (self.changes(stress_rate), stiffness.len() + n);
-        let stresses = [begin, end].map(|end| end.contacts.stress[n]);
+    fn speed_within<'a>(
+        &'a self,
+        (line, n): (&'a Line, usize),
+        ends: [&'a StepEnd<Line>; 2],
+        _: impl Fn(f64) -> DriveAndLoad + 'a,
+    ) -> impl Fn(f64) -> f64 + 'a {
+        let stiffness = line.stiffness_pa_per_m(n);
+        let (nodes, stresses) = (stiffness.len(), ends.map(|end| end.contacts.stress[n]));
+        let changes = self.changes(|rates| kernels::product(&stiffness, &rates[..nodes]));
         move |share| {
             let stress = extension(share, stresses, changes);
-            self.line.speed_m_per_s(n, stress, self.within(&begin.at, share, place))
+            line.speed_m_per_s(n, stress, self.within(&ends[0].at, share, nodes + n))
         }
-    }
-
-    fn tangential_force_n(&self, n: usize) -> f64 {
-        self.line.friction_n(&self.line.field, n)
-    }
-
-    fn driving_n(&self, _: &Unknowns) -> f64 {
-        (0..self.per_error.len() / 2).map(|n| self.tangential_force_n(n)).sum()
-    }
-
-    fn energy(&self, at: &Unknowns, _: &SliderState) -> Energy {
-        let (of_nodes, work_j) = at.0.split_last_chunk::<POWERS>().expect("energies come last");
-        self.line.energy(&of_nodes[..of_nodes.len() / 2], *work_j)
-    }
-
-    fn moment_rate_n_m_per_s(&self, field: &Field) -> f64 {
-        self.line.moment_rate_n_m_per_s(field)
-    }
-
-    fn friction_of(&self, at: &StepEnd<DormandPrince>, n: usize) -> [f64; 4] {
-        self.line.friction_of(&at.contacts, &at.at.0[self.per_error.len() / 2..], n)
     }
 }

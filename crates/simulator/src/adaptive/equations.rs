@@ -40,7 +40,8 @@ use asperity_model::plan::course::ContactCourse;
 use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
-use super::motion::{DriveAndLoad, Unknowns};
+use super::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
+use super::rodas4::Rodas4;
 
 impl Unknowns {
     /// `w`, `y`, `psi` and the energies.
@@ -100,8 +101,6 @@ pub(super) struct Equations {
     /// `m`; 0 without inertia.
     pub(super) mass_kg: f64,
     pub(super) chain: Chain,
-    /// Moment over the sum of the displacements.
-    pub(super) moment_n: f64,
     /// `K_n`.
     pub(super) drive_n_per_m: Vec<f64>,
     /// The prestress at the beginning of the piece, N, and its rate, N/s, without its swing.
@@ -117,41 +116,6 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    pub(super) fn of(plan: &Plan, law: RateAndState) -> Equations {
-        let blocks = plan.blocks;
-        let chain = plan.elastic.as_chain().expect("rate-and-state friction is that of a chain");
-        Equations {
-            law,
-            moment_n: chain.stiffness_n_per_m * plan.spacing_m,
-            evolution_effects: plan.friction.evolution_effects.clone(),
-            mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            chain,
-            drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
-            prestress_n: [vec![0.0; blocks], vec![0.0; blocks]],
-            load_n: plan.normal_load_n.clone(),
-            direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
-            contact_loads: None,
-            contacts: vec![Contact::default(); blocks],
-            pulled_n: vec![0.0; blocks],
-        }
-    }
-
-    /// Begins a piece of the courses of contacts at a grid step.
-    pub(super) fn begin_piece(&mut self, plan: &Plan, step: u64) {
-        let per_s = 1.0 / plan.grid.step_s();
-        let at_step = |course: &ContactCourse| {
-            let rates = course.rates(step).into_iter().map(|rate| rate * per_s);
-            [course.values(step), rates.collect()]
-        };
-        self.contact_loads = plan.contact_load_course.as_ref().map(at_step);
-        let zeros = || vec![0.0; plan.blocks];
-        self.prestress_n = plan.prestress_course.as_ref().map_or_else(|| [zeros(), zeros()], at_step);
-        self.prestress_n[0]
-            .iter_mut()
-            .zip(&plan.prestress_n)
-            .for_each(|(force, constant)| *force += constant);
-    }
-
     /// `Q_n` at a time, N, and its rate, N/s.
     pub(super) fn prestress_n(&self, n: usize, outside: DriveAndLoad) -> [f64; 2] {
         let ([force_n, n_per_s], [swing, swing_per_s]) = (&self.prestress_n, outside.swung);
@@ -259,23 +223,6 @@ impl Equations {
         self.friction(n, outside, unknown).speed_m_per_s()
     }
 
-    /// `T_n` of the last evaluation, dashpots included.
-    pub(super) fn tangential_force_n(&self, n: usize) -> f64 {
-        let here = self.contacts[n].velocity;
-        self.pulled_n[n] + self.chain.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
-    }
-
-    /// Brings the law to these unknowns; without inertia it also determines `y`.
-    pub(super) fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
-        for n in 0..self.chain.nodes {
-            let unknown = |place: usize| at.0[place];
-            self.pulled_n[n] = self.pulled_n(n, outside, unknown);
-            let growth = self.friction(n, outside, unknown);
-            self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
-            at.0[self.chain.nodes + n] = growth.friction;
-        }
-    }
-
     /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
     /// solution in ten iterations or fewer.
     fn friction_under(&self, force_n: f64, direct_n: f64, state: f64) -> Growth {
@@ -305,8 +252,75 @@ impl Equations {
         }
     }
 
-    /// The rates of the unknowns `at`, which were evaluated last.
-    pub(super) fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
+    /// `y'`; 0 without inertia, where `y` is no unknown.
+    fn friction_rate(&self, n: usize, friction: f64, outside: DriveAndLoad) -> f64 {
+        if !self.has_inertia() {
+            return 0.0;
+        }
+        let Contact { velocity, velocity_of_friction, slope, state_rate, .. } = self.contacts[n];
+        let RateAndState { direct_effect, radiation_kg_per_s, .. } = self.law;
+        let friction_n = self.direct_n(n, outside) * friction;
+        let net_n = self.tangential_force_n(n) - friction_n - radiation_kg_per_s * velocity;
+        net_n / (self.mass_kg * velocity_of_friction) + slope * state_rate / direct_effect
+    }
+}
+
+impl Motion for Equations {
+    type Contacts = Vec<Contact>;
+    type Method = Rodas4;
+
+    fn of(plan: &Plan, law: RateAndState) -> Equations {
+        let blocks = plan.blocks;
+        Equations {
+            law,
+            evolution_effects: plan.friction.evolution_effects.clone(),
+            mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
+            chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
+            drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
+            prestress_n: [vec![0.0; blocks], vec![0.0; blocks]],
+            load_n: plan.normal_load_n.clone(),
+            direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
+            contact_loads: None,
+            contacts: vec![Contact::default(); blocks],
+            pulled_n: vec![0.0; blocks],
+        }
+    }
+
+    fn contacts(&self) -> &Vec<Contact> {
+        &self.contacts
+    }
+
+    fn velocity(contacts: &Vec<Contact>, n: usize) -> f64 {
+        contacts[n].velocity
+    }
+
+    fn begin_piece(&mut self, plan: &Plan, step: u64) {
+        let per_s = 1.0 / plan.grid.step_s();
+        let at_step = |course: &ContactCourse| {
+            let rates = course.rates(step).into_iter().map(|rate| rate * per_s);
+            [course.values(step), rates.collect()]
+        };
+        self.contact_loads = plan.contact_load_course.as_ref().map(at_step);
+        let zeros = || vec![0.0; plan.blocks];
+        self.prestress_n = plan.prestress_course.as_ref().map_or_else(|| [zeros(), zeros()], at_step);
+        self.prestress_n[0]
+            .iter_mut()
+            .zip(&plan.prestress_n)
+            .for_each(|(force, constant)| *force += constant);
+    }
+
+    /// Brings the law to these unknowns; without inertia it also determines `y`.
+    fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
+        for n in 0..self.chain.nodes {
+            let unknown = |place: usize| at.0[place];
+            self.pulled_n[n] = self.pulled_n(n, outside, unknown);
+            let growth = self.friction(n, outside, unknown);
+            self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
+            at.0[self.chain.nodes + n] = growth.friction;
+        }
+    }
+
+    fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
         let radiation = self.law.radiation_kg_per_s;
         let (behind_m, friction, ..) = at.parts();
         let (behind_rate, friction_rate, state_rate, work_w) = rates.parts_mut();
@@ -326,8 +340,13 @@ impl Equations {
         }
     }
 
-    /// Energies at unknowns that were evaluated last, those of a slider.
-    pub(super) fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy {
+    /// `T_n` of the last evaluation, dashpots included.
+    fn tangential_force_n(&self, n: usize) -> f64 {
+        let here = self.contacts[n].velocity;
+        self.pulled_n[n] + self.chain.damping_kg_per_s * self.beside(n, |m| self.contacts[m].velocity - here)
+    }
+
+    fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy {
         let u = &slider.displacement_m;
         let (behind_m, _, _, energies_j) = at.parts();
         let [drive_work_j, friction_heat_j, radiated_j, viscous_loss_j, prestress_work_j] = *energies_j;
@@ -347,28 +366,15 @@ impl Equations {
         }
     }
 
-    /// Of block `n`: friction, N, friction over the load, `psi` and `theta`, s.
-    pub(super) fn friction_of(&self, at: &Unknowns, outside: DriveAndLoad, n: usize) -> [f64; 4] {
-        let (_, friction, state, _) = at.parts();
+    fn friction_of(&self, at: &StepEnd<Equations>, n: usize) -> [f64; 4] {
+        let (_, friction, state, _) = at.at.parts();
         let above = (state[n] - self.law.reference_coefficient) / self.evolution_effects[n];
         let theta_s = self.law.steady_theta_s(self.law.reference_velocity_m_per_s) * libm::exp(above);
         [
-            self.direct_n(n, outside) * friction[n],
+            self.direct_n(n, at.outside) * friction[n],
             self.law.direct_effect * friction[n],
             state[n],
             theta_s.min(f64::MAX),
         ]
-    }
-
-    /// `y'`; 0 without inertia, where `y` is no unknown.
-    fn friction_rate(&self, n: usize, friction: f64, outside: DriveAndLoad) -> f64 {
-        if !self.has_inertia() {
-            return 0.0;
-        }
-        let Contact { velocity, velocity_of_friction, slope, state_rate, .. } = self.contacts[n];
-        let RateAndState { direct_effect, radiation_kg_per_s, .. } = self.law;
-        let friction_n = self.direct_n(n, outside) * friction;
-        let net_n = self.tangential_force_n(n) - friction_n - radiation_kg_per_s * velocity;
-        net_n / (self.mass_kg * velocity_of_friction) + slope * state_rate / direct_effect
     }
 }

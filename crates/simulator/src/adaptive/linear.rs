@@ -16,7 +16,6 @@ use asperity_model::plan::adaptive_state::ENERGIES;
 
 use super::equations::{Contact, Equations};
 use super::motion::{StepEnd, Unknowns};
-use super::rodas4::Rodas4;
 
 /// The system of a step.
 #[derive(Debug, Clone)]
@@ -46,7 +45,7 @@ impl StageSystem {
     }
 
     /// Factorises the derivatives at `begin` for this `sigma`.
-    pub(super) fn factorise(&mut self, equations: &Equations, begin: &StepEnd<Rodas4>, sigma: f64) {
+    pub(super) fn factorise(&mut self, equations: &Equations, begin: &StepEnd<Equations>, sigma: f64) {
         let (_, friction_rate, ..) = begin.rates.parts();
         let (a, mass_kg) = (equations.law.direct_effect, equations.mass_kg);
         let beside = equations.chain.stiffness_n_per_m / sigma + equations.chain.damping_kg_per_s;
@@ -78,7 +77,7 @@ impl StageSystem {
     pub(super) fn solve(
         &mut self,
         equations: &Equations,
-        begin: &StepEnd<Rodas4>,
+        begin: &StepEnd<Equations>,
         ahead_s: f64,
         r: &mut Unknowns,
     ) {

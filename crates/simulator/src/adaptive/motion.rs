@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use asperity_model::law::rate_and_state::RateAndState;
 use asperity_model::plan::course::Swing;
-use asperity_model::{AdaptiveState, Plan, SliderState};
+use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
 use crate::kernels;
@@ -13,12 +13,14 @@ use crate::kernels;
 /// Fewest steps in a period of a swing.
 const STEPS_OF_A_PERIOD: f64 = 20.0;
 
-/// Equations of motion, with the numbers of the last evaluation, and a method, with the stages of the last step.
+/// Equations of motion, with the numbers of the last evaluation.
 pub(super) trait Motion: Clone + Debug + Send {
     /// What the law gives for all blocks.
     type Contacts: Clone + Debug + Send;
+    /// What integrates them.
+    type Method: Method<Self>;
 
-    /// The motion of a plan, whose law this is.
+    /// Those of a plan, whose law this is.
     fn of(plan: &Plan, law: RateAndState) -> Self;
 
     /// What the last evaluation gave.
@@ -36,20 +38,35 @@ pub(super) trait Motion: Clone + Debug + Send {
     /// The rates of the unknowns `at`, which were evaluated last.
     fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns);
 
+    /// The force on block `n` besides friction, at the last evaluation; in a medium that which friction bears.
+    fn tangential_force_n(&self, n: usize) -> f64;
+
+    /// Energies at unknowns that were evaluated last, those of a slider.
+    fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy;
+
+    /// Of block `n`: friction, N, friction over the load, `psi` and `theta`, s.
+    fn friction_of(&self, at: &StepEnd<Self>, n: usize) -> [f64; 4];
+}
+
+/// A method that integrates equations of motion, with the stages of the last step.
+pub(super) trait Method<M: Motion>: Clone + Debug + Send {
+    /// For steps with this relative error.
+    fn new(motion: &M, plan: &Plan, tolerance: f64) -> Self;
+
     /// Computes a step of `step_s`; returns its error, over the accepted one.
-    fn step(&mut self, begin: &StepEnd<Self>, step_s: f64) -> f64;
+    fn step(&mut self, motion: &mut M, begin: &StepEnd<M>, step_s: f64) -> f64;
 
     /// Where the last step ends.
     fn end(&mut self) -> &mut Unknowns;
 
-    /// Evaluates the end of the last step, for one that begins there.
-    fn close(&mut self, end: &mut StepEnd<Self>, outside: DriveAndLoad) {
+    /// Evaluates the end of the step that was computed last, for one that begins there.
+    fn close(&mut self, motion: &mut M, end: &mut StepEnd<M>, outside: DriveAndLoad) {
         end.at.0.copy_from_slice(&self.end().0);
-        end.prepare(self, outside);
+        end.prepare(motion, outside);
     }
 
     /// The longest step from there, s.
-    fn longest_step_s(&self, begin: &StepEnd<Self>) -> f64;
+    fn longest_step_s(motion: &M, begin: &StepEnd<M>) -> f64;
 
     /// The length to try next, s, after a step of `step_s` for which `planned_s` was to be tried.
     fn next_step_s(planned_s: f64, step_s: f64, error: f64) -> f64;
@@ -57,28 +74,26 @@ pub(super) trait Motion: Clone + Debug + Send {
     /// The value of an unknown, by its place, within the last step, after a share of it.
     fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64;
 
-    /// `|V|` of block `n` after shares of the last step, with drive and load there.
-    fn speed_within(
-        &self,
-        n: usize,
-        ends: [&StepEnd<Self>; 2],
-        outside: impl Fn(f64) -> DriveAndLoad,
-    ) -> impl Fn(f64) -> f64;
+    /// `|V|` of block `n` after shares of the last step, between its ends, with drive and load there.
+    fn speed_within<'a>(
+        &'a self,
+        of: (&'a M, usize),
+        ends: [&'a StepEnd<M>; 2],
+        outside: impl Fn(f64) -> DriveAndLoad + 'a,
+    ) -> impl Fn(f64) -> f64 + 'a;
+}
 
-    /// The force on block `n` besides friction, at the last evaluation.
-    fn tangential_force_n(&self, n: usize) -> f64;
+/// Factors on the length of a step after one of error 1, and bounds.
+const SAFETY: f64 = 0.9;
+const LEAST_FACTOR: f64 = 0.1;
+const MOST_FACTOR: f64 = 4.0;
 
-    /// The force of the drive, N, at unknowns that were evaluated last.
-    fn driving_n(&self, at: &Unknowns) -> f64;
-
-    /// Energies at unknowns that were evaluated last, those of a slider.
-    fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy;
-
-    /// Moment rate.
-    fn moment_rate_n_m_per_s(&self, contacts: &Self::Contacts) -> f64;
-
-    /// Of block `n`: friction, N, friction over the load, `psi` and `theta`, s.
-    fn friction_of(&self, at: &StepEnd<Self>, n: usize) -> [f64; 4];
+/// The factor on the length of a step after which its error is the accepted one, given the root of its error over that
+/// by which it grows as the length.
+pub(super) fn factor(root: f64) -> f64 {
+    let factor = SAFETY / root;
+    // NaN, after an overflow, is an error too large for any length.
+    if factor.is_nan() { LEAST_FACTOR } else { factor.clamp(LEAST_FACTOR, MOST_FACTOR) }
 }
 
 /// Unknowns, or their rates: `w_n = u_n - X` of all blocks, m; what else they have; their states; and the energies up to
@@ -90,12 +105,6 @@ impl Unknowns {
     /// `self += factor * other`.
     pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
         kernels::add_multiple(&mut self.0, factor, &other.0);
-    }
-
-    /// `w_n`, and the states.
-    pub(super) fn slip_and_state(&self, plan: &Plan) -> [&[f64]; 2] {
-        let end = AdaptiveState::energies_from(plan);
-        [&self.0[..plan.blocks], &self.0[end - plan.blocks..end]]
     }
 }
 

@@ -11,13 +11,11 @@
 //! so a step has the same cost in all phases, and steps may be as long as the solution is smooth, however fast
 //! friction responds: that response decays within the step. Time is one more unknown, with the rate 1.
 
-use asperity_model::law::rate_and_state::RateAndState;
-use asperity_model::{AdaptiveState, Plan, SliderState};
-use asperity_record::Energy;
+use asperity_model::{AdaptiveState, Plan};
 
-use super::equations::{Contact, Equations};
+use super::equations::Equations;
 use super::linear::StageSystem;
-use super::motion::{DriveAndLoad, Motion, StepEnd, Unknowns};
+use super::motion::{DriveAndLoad, Method, Motion, StepEnd, Unknowns, factor};
 
 const STAGES: usize = 6;
 
@@ -68,22 +66,9 @@ const D: [[f64; STAGES - 1]; 2] = [
 /// Errors that no shorter step makes smaller, over `|w|`.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Factors on the length of a step after one of error 1, and bounds.
-const SAFETY: f64 = 0.9;
-const LEAST_FACTOR: f64 = 0.1;
-const MOST_FACTOR: f64 = 4.0;
-
-/// The factor on the length of a step whose error is `error` times the accepted one.
-fn factor(error: f64) -> f64 {
-    let factor = SAFETY / libm::sqrt(libm::sqrt(error));
-    // NaN, after an overflow, is an error too large for any length.
-    if factor.is_nan() { LEAST_FACTOR } else { factor.clamp(LEAST_FACTOR, MOST_FACTOR) }
-}
-
-/// A chain, and the stages of a step.
+/// The stages of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Rodas4 {
-    equations: Equations,
     linear: StageSystem,
     changes: [Unknowns; STAGES],
     /// The end of the last step.
@@ -93,52 +78,28 @@ pub(super) struct Rodas4 {
     scales: Vec<[f64; 3]>,
 }
 
-impl Motion for Rodas4 {
-    type Contacts = Vec<Contact>;
-
-    fn of(plan: &Plan, law: RateAndState) -> Rodas4 {
-        let equations = Equations::of(plan, law);
+impl Method<Equations> for Rodas4 {
+    fn new(equations: &Equations, plan: &Plan, tolerance: f64) -> Rodas4 {
         let end = Unknowns(vec![0.0; AdaptiveState::unknowns(plan)]);
         Rodas4 {
             linear: StageSystem::of(plan.blocks),
             changes: std::array::from_fn(|_| end.clone()),
             end,
-            tolerance: law.tolerance,
+            tolerance,
             scales: (0..plan.blocks).map(|n| equations.scales(n)).collect(),
-            equations,
         }
-    }
-
-    fn contacts(&self) -> &Vec<Contact> {
-        &self.equations.contacts
-    }
-
-    fn velocity(contacts: &Vec<Contact>, n: usize) -> f64 {
-        contacts[n].velocity
-    }
-
-    fn begin_piece(&mut self, plan: &Plan, step: u64) {
-        self.equations.begin_piece(plan, step);
-    }
-
-    fn evaluate(&mut self, at: &mut Unknowns, outside: DriveAndLoad) {
-        self.equations.evaluate(at, outside);
-    }
-
-    fn rates(&self, at: &Unknowns, outside: DriveAndLoad, rates: &mut Unknowns) {
-        self.equations.rates(at, outside, rates);
     }
 
     fn end(&mut self) -> &mut Unknowns {
         &mut self.end
     }
 
-    fn longest_step_s(&self, begin: &StepEnd<Rodas4>) -> f64 {
+    fn longest_step_s(_: &Equations, begin: &StepEnd<Equations>) -> f64 {
         begin.outside.longest_step_s()
     }
 
     fn next_step_s(planned_s: f64, step_s: f64, error: f64) -> f64 {
-        let next_s = step_s * factor(error);
+        let next_s = step_s * factor(libm::sqrt(libm::sqrt(error)));
         // A step that was cut short at a knot says little about the next one.
         if error <= 1.0 && step_s < planned_s { next_s.max(planned_s) } else { next_s }
     }
@@ -153,8 +114,7 @@ impl Motion for Rodas4 {
         rest * begin.0[place] + share * (self.end.0[place] + rest * (second + share * third))
     }
 
-    fn step(&mut self, begin: &StepEnd<Rodas4>, step_s: f64) -> f64 {
-        let equations = &mut self.equations;
+    fn step(&mut self, equations: &mut Equations, begin: &StepEnd<Equations>, step_s: f64) -> f64 {
         self.linear.factorise(equations, begin, 1.0 / (step_s * GAMMA));
         // The stages of time, in steps.
         let mut times = [0.0; STAGES];
@@ -203,37 +163,12 @@ impl Motion for Rodas4 {
         error
     }
 
-    fn speed_within(
-        &self,
-        n: usize,
-        [begin, _]: [&StepEnd<Rodas4>; 2],
-        outside: impl Fn(f64) -> DriveAndLoad,
-    ) -> impl Fn(f64) -> f64 {
-        move |share| {
-            let unknown = |place| self.within(&begin.at, share, place);
-            self.equations.speed_m_per_s(n, outside(share), unknown)
-        }
-    }
-
-    fn tangential_force_n(&self, n: usize) -> f64 {
-        self.equations.tangential_force_n(n)
-    }
-
-    fn driving_n(&self, at: &Unknowns) -> f64 {
-        let springs = self.equations.drive_n_per_m.iter().zip(&at.0);
-        springs.filter(|(k, _)| **k > 0.0).map(|(k, w)| -k * w).sum()
-    }
-
-    fn energy(&self, at: &Unknowns, slider: &SliderState) -> Energy {
-        self.equations.energy(at, slider)
-    }
-
-    fn moment_rate_n_m_per_s(&self, contacts: &Vec<Contact>) -> f64 {
-        let sum_m_per_s: f64 = contacts.iter().map(|contact| contact.velocity).sum();
-        self.equations.moment_n * sum_m_per_s
-    }
-
-    fn friction_of(&self, at: &StepEnd<Rodas4>, n: usize) -> [f64; 4] {
-        self.equations.friction_of(&at.at, at.outside, n)
+    fn speed_within<'a>(
+        &'a self,
+        (equations, n): (&'a Equations, usize),
+        [begin, _]: [&'a StepEnd<Equations>; 2],
+        outside: impl Fn(f64) -> DriveAndLoad + 'a,
+    ) -> impl Fn(f64) -> f64 + 'a {
+        move |share| equations.speed_m_per_s(n, outside(share), |place| self.within(&begin.at, share, place))
     }
 }

@@ -35,6 +35,8 @@ impl<M: Motion> Adaptive<M> {
         let speeds = (0..plan.blocks).map(|n| (n, velocity(n).abs()));
         let (fastest, v_max_m_per_s) =
             speeds.fold((0, 0.0), |most, at| if at.1 > most.1 { at } else { most });
+        let weight = |n: usize| plan.medium.as_ref().map_or(1.0, |medium| medium.weight(n));
+        let sum_m_per_s: f64 = (0..plan.blocks).map(|n| weight(n) * velocity(n)).sum();
         self.recorder.ready.push_back(Record::Row(Row::new(Series {
             step,
             time_s,
@@ -42,7 +44,7 @@ impl<M: Motion> Adaptive<M> {
             step_s,
             v_max_m_per_s,
             v_max_block: fastest as u32 + 1,
-            moment_rate_n_m_per_s: self.motion.moment_rate_n_m_per_s(&at.contacts),
+            moment_rate_n_m_per_s: plan.elastic.stiffness_n_per_m * plan.spacing_m * sum_m_per_s,
         })));
         for n in plan.recording.series_blocks.iter().copied() {
             let [friction_n, friction_ratio, state, theta_s] = self.motion.friction_of(at, n);

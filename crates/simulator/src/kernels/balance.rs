@@ -17,12 +17,16 @@ const MOST_ITERATIONS: usize = 100;
 /// Largest argument of [`exp`].
 const LARGEST: f64 = 708.0;
 
-/// Rate-and-state friction of nodes: `sigma a`; `f_0 / a` and `b / a`, so that `psi / a` is `f_0 / a + (b / a) phi`;
-/// `V_0`; and `eta`.
-pub(crate) struct NodeFriction<'a> {
-    pub(crate) direct_pa: &'a [f64],
-    pub(crate) state_over_a: [&'a [f64]; 2],
+/// Rate-and-state friction of nodes.
+#[derive(Debug, Clone)]
+pub(crate) struct NodeFriction {
+    /// `sigma a`.
+    pub(crate) direct_pa: Vec<f64>,
+    /// `f_0 / a` and `b / a`: `psi / a` is `f_0 / a + (b / a) phi`.
+    pub(crate) state_over_a: [Vec<f64>; 2],
+    /// `V_0`.
     pub(crate) reference_m_per_s: f64,
+    /// `eta`.
     pub(crate) radiation_pa_s_per_m: f64,
 }
 
@@ -74,30 +78,26 @@ kernel! {
     /// `V` with `|T| = sigma a y + eta V`, `V = q (e^y - e^-y)`, `q = V_0 e^(-psi / a)`, and the sign of `T`; and
     /// `dV / dT`. By Newton's method from above, where the left side is convex, from the smaller of two bounds: all of
     /// the stress is friction, or radiation. Each node ends for itself, so that none depends on its group.
-    fn velocities(found: [&mut [f64]; 2], stress: &[f64], state: &[f64], friction: &NodeFriction<'_>) {
+    fn velocities(found: [&mut [f64]; 2], first: usize, stress: &[f64], state: &[f64], friction: &NodeFriction) {
         let ([velocity, slope], eta) = (found, friction.radiation_pa_s_per_m);
         for at in (0..stress.len()).step_by(GROUP) {
-            let (signed, phi, direct) = (group(stress, at), group(state, at), group(friction.direct_pa, at));
-            let [offset, ratio] = friction.state_over_a.map(|of| group(of, at));
-            let [mut q, mut t, mut y, mut e, mut last] = [[0.0; GROUP]; 5];
-            let mut radiates = 0;
+            let (signed, phi) = (group(stress, at), group(state, at));
+            let direct = group(&friction.direct_pa, first + at);
+            let [offset, ratio] = friction.state_over_a.each_ref().map(|of| group(of, first + at));
+            let ([mut q, mut t, mut y, mut e, mut last], mut left) = ([[0.0; GROUP]; 5], [0; GROUP]);
             for n in 0..GROUP {
                 q[n] = friction.reference_m_per_s * exp(-(offset[n] + ratio[n] * phi[n]));
                 t[n] = signed[n].abs();
                 y[n] = t[n] / direct[n];
                 e[n] = exp(y[n]);
-                // NaN, too large for `exp`, is radiation as well.
-                radiates |= u64::from(y[n] > 1.0) & u64::from(!(eta * q[n] * e[n] <= 0.01 * t[n]));
+                // NaN, of what is too large for `exp`, radiates as well.
+                left[n] = u64::from(y[n] > 1.0) & u64::from(!(eta * q[n] * e[n] <= 0.01 * t[n]));
             }
-            if radiates != 0 {
-                for n in 0..GROUP {
-                    if y[n] > 1.0 && !(eta * q[n] * e[n] <= 0.01 * t[n]) {
-                        y[n] = y[n].min(libm::asinh(t[n] / (2.0 * eta * q[n])));
-                        e[n] = exp(y[n]);
-                    }
-                }
+            for n in (0..GROUP).filter(|n| left[*n] != 0) {
+                y[n] = y[n].min(libm::asinh(t[n] / (2.0 * eta * q[n])));
+                e[n] = exp(y[n]);
             }
-            let mut left = [1u64; GROUP];
+            left.fill(1);
             for _ in 0..MOST_ITERATIONS {
                 let mut any = 0;
                 for n in 0..GROUP {
@@ -114,19 +114,14 @@ kernel! {
                 if any == 0 {
                     break;
                 }
-                for n in 0..GROUP {
-                    e[n] = exp(y[n]);
-                }
+                e = y.map(exp);
             }
-            for n in 0..GROUP {
+            for n in 0..GROUP.min(stress.len() - at) {
                 let less = 1.0 / last[n];
                 let by_y = q[n] * (last[n] + less);
-                y[n] = (q[n] * (last[n] - less)).copysign(signed[n]);
-                t[n] = by_y / (direct[n] + eta * by_y);
+                velocity[at + n] = (q[n] * (last[n] - less)).copysign(signed[n]);
+                slope[at + n] = by_y / (direct[n] + eta * by_y);
             }
-            let count = (stress.len() - at).min(GROUP);
-            velocity[at..at + count].copy_from_slice(&y[..count]);
-            slope[at..at + count].copy_from_slice(&t[..count]);
         }
     }
 }
@@ -181,15 +176,15 @@ mod tests {
         let state = of(&|n| -18.0 + 0.4 * n);
         let (direct, offset, ratio) = (of(&|n| 5e5 + 1e4 * n), of(&|n| 60.0 - 0.3 * n), of(&|_| 1.5));
         let (v0, eta) = (1e-6, 4.62444e6);
+        let friction = NodeFriction {
+            direct_pa: direct.clone(),
+            state_over_a: [offset.clone(), ratio.clone()],
+            reference_m_per_s: v0,
+            radiation_pa_s_per_m: eta,
+        };
         let compute = |from: usize| {
-            let friction = NodeFriction {
-                direct_pa: &direct[from..],
-                state_over_a: [&offset[from..], &ratio[from..]],
-                reference_m_per_s: v0,
-                radiation_pa_s_per_m: eta,
-            };
             let (mut v, mut slope) = (vec![0.0; stress.len() - from], vec![0.0; stress.len() - from]);
-            velocities([&mut v, &mut slope], &stress[from..], &state[from..], &friction);
+            velocities([&mut v, &mut slope], from, &stress[from..], &state[from..], &friction);
             (v, slope)
         };
         let (v, slope) = by_all(|| compute(0));

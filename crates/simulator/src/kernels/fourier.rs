@@ -144,18 +144,11 @@ kernel! {
             let (o_re, o_im) = (c * d_re + d * d_im, c * d_im - d * d_re);
             [[per * (e_re - o_im), -per * (e_im + o_re)], [per * (e_re + o_im), per * (e_im - o_re)]]
         };
-        let first = [re[0], im[0]];
-        [re[0], im[0]] = pair(first, first, [spectrum[0], spectrum[size]], [1.0, 0.0])[0];
-        for k in 1..=size / 2 {
-            let j = size - k;
-            let [here, there] = pair(
-                [re[k], im[k]],
-                [re[j], im[j]],
-                [spectrum[k], spectrum[j]],
-                [turns[0][k], turns[1][k]],
-            );
-            [re[k], im[k]] = here;
-            [re[j], im[j]] = there;
+        for k in 0..=size / 2 {
+            let j = (size - k) & (size - 1);
+            let lags = [spectrum[k], spectrum[size - k]];
+            let [here, there] = pair([re[k], im[k]], [re[j], im[j]], lags, [turns[0][k], turns[1][k]]);
+            ([re[k], im[k]], [re[j], im[j]]) = (here, there);
         }
     }
 }

@@ -66,9 +66,12 @@ impl Recorder {
             let switch = switch(plan, initial, n);
             Switch { threshold_n: switch.force_magnitude_n(), ..switch }
         });
-        let driving = plan
+        let mut driving = plan
             .outside(initial.step, initial.hold_step)
             .pull([&initial.displacement_m, &initial.velocity_m_per_s], |_, _| {});
+        if plan.medium.is_some() {
+            driving.total_n = initial.tangential_force_n.iter().sum();
+        }
         let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
         self.stop = not_finite(&record, initial.step, initial);
         if self.stop.is_some() {

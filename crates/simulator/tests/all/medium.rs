@@ -286,7 +286,7 @@ fn fourier_modes_grow_and_decay_in_closed_form() {
     for (mode, velocity, real, evolution) in [
         (8, 1e-9, 0.12418659, Evolution::Ageing),
         (15, 1e-9, 0.01409986, Evolution::Slip),
-        (16, 1e-9, -0.00162681, Evolution::Prz),
+        (16, 1e-9, -0.00162681, Evolution::Slip),
         (16, 1e-9, -0.00162681, Evolution::Ageing),
         (8, 0.03, -0.01138707, Evolution::Ageing),
     ] {

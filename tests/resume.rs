@@ -16,7 +16,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in the parts of a solver's state, with their overrides.
-const SCENARIOS: [(&[&str], &[&str]); 5] = [
+const SCENARIOS: [(&[&str], &[&str]); 6] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     (&["default"], &["time.duration_s=2"]),
     // A hold whose step is not known in advance, and every step taken.
@@ -61,6 +61,8 @@ const SCENARIOS: [(&[&str], &[&str]); 5] = [
             "recording.sample_s=5e-5",
         ],
     ),
+    // A fault line in a medium, up to the end of its first earthquake.
+    (&["seas-bp1-qd-coarse"], &["time.duration_s=6.13e9"]),
     // A force from outside on every block.
     (&["default"], &["time.duration_s=1.2", "prestress.ratio=0.1", "prestress.first_block_ratio=0.05"]),
 ];

@@ -91,16 +91,9 @@ struct Adaptive<M: Motion> {
 impl<M: Motion> Adaptive<M> {
     fn new(plan: Arc<Plan>) -> Adaptive<M> {
         let law = plan.friction.law.rate_and_state().expect("the plan has rate-and-state friction");
-        let mut motion = M::of(&plan, law);
+        let motion = M::of(&plan, law);
         let zeros = Unknowns(vec![0.0; AdaptiveState::unknowns(&plan)]);
-        let mut slider = SliderState { adaptive: None, ..plan.initial.clone() };
-        let initial = plan.initial.adaptive.as_ref().expect("the state of an adaptive solver");
-        if plan.medium.is_some() && initial.step_s == 0.0 {
-            // What slip another run left behind takes a convolution.
-            motion.evaluate(&mut Unknowns(initial.unknowns.clone()), DriveAndLoad::default());
-            let forces_n = slider.tangential_force_n.iter_mut().enumerate();
-            forces_n.for_each(|(n, force_n)| *force_n = motion.tangential_force_n(n));
-        }
+        let slider = SliderState { adaptive: None, ..plan.initial.clone() };
         let mut solver = Adaptive {
             recorder: Recorder::new(&plan, &slider, 0.0),
             time_s: Sum::default(),
@@ -140,6 +133,12 @@ impl<M: Motion> Adaptive<M> {
             energies_j.for_each(|(energy_j, before_j)| *energy_j -= before_j);
         }
         let energy = self.motion.energy(&self.within, &self.slider);
+        if self.plan.medium.is_some() {
+            // What the slip that another run left causes takes a convolution.
+            let forces_n = self.slider.tangential_force_n.iter_mut().enumerate();
+            forces_n.for_each(|(n, force_n)| *force_n = self.motion.tangential_force_n(n));
+            self.recorder = Recorder::new(&self.plan, &self.slider, 0.0);
+        }
         self.recorder.begin_sliding(&self.plan, &self.slider, energy);
     }
 
@@ -292,7 +291,7 @@ impl<M: Motion> Adaptive<M> {
     /// The largest speed of block `n` between two shares of the step: at one of them, or at the vertex of parabolas
     /// through ever closer points.
     fn peak_within(&self, n: usize, mut low: f64, mut high: f64) -> f64 {
-        let at = self.speed_within(n);
+        let at = M::Method::speed_within(self, n);
         let [mut begin, mut end] = [low, high].map(&at);
         let mut peak = begin.max(end);
         for _ in 0..3 {
@@ -355,7 +354,7 @@ impl<M: Motion> Adaptive<M> {
 
     /// The share of the step after which the speed of block `n` crosses a bound.
     fn crossing(&self, n: usize, bound: f64, is_above: bool) -> f64 {
-        let (mut before, mut after, speed) = (0.0, 1.0, self.speed_within(n));
+        let (mut before, mut after, speed) = (0.0, 1.0, M::Method::speed_within(self, n));
         // 50 halvings reach the spacing of doubles.
         for _ in 0..50 {
             let middle = 0.5 * (before + after);
@@ -368,10 +367,9 @@ impl<M: Motion> Adaptive<M> {
         after
     }
 
-    /// The speed of block `n` after shares of the step.
-    fn speed_within(&self, n: usize) -> impl Fn(f64) -> f64 {
-        let outside = |share| self.piece.at(self.time_s.value() + share * self.step_s);
-        self.method.speed_within((&self.motion, n), [&self.begin, &self.end], outside)
+    /// Drive and load after a share of the step.
+    fn outside_at(&self, share: f64) -> DriveAndLoad {
+        self.piece.at(self.time_s.value() + share * self.step_s)
     }
 
     /// Moves the slider to a grid step within the step, and records it.
@@ -409,10 +407,7 @@ impl<M: Motion> Adaptive<M> {
         let edge = was_sliding != (slider.sliding > 0);
         let energy = self.motion.energy(&self.within, slider);
         let springs = plan.drive.springs.iter();
-        let total_n = match plan.medium {
-            Some(_) => slider.tangential_force_n.iter().sum(),
-            None => springs.map(|spring| -spring.stiffness_n_per_m * at[spring.block]).sum(),
-        };
+        let total_n = springs.map(|spring| -spring.stiffness_n_per_m * at[spring.block]).sum();
         let driving = Driving { total_n, ..Driving::default() };
         if self.recorder.record(&plan, &self.slider, driving, energy, &switched, edge)? {
             let speeds = self.slider.velocity_m_per_s.iter().map(|v| v.abs());

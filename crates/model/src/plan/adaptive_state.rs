@@ -64,14 +64,12 @@ impl AdaptiveState {
         let friction = friction.filter(|_| plan.medium.is_none());
         let speeds = [plan.drive.velocity_m_per_s, fastest, law.reference_velocity_m_per_s];
         let speed = speeds.into_iter().find(|speed| *speed > 0.0).unwrap_or(1.0);
+        let first_s = FIRST_STEP * law.critical_slip_m / speed;
         Some(Box::new(AdaptiveState {
             time_s: Sum { total: plan.grid.time_s(initial.step), rest: 0.0 },
             accepted_steps: 0,
             step_s: 0.0,
-            next_step_s: match plan.medium {
-                Some(_) => FIRST_STEP_S,
-                None => FIRST_STEP * law.critical_slip_m / speed,
-            },
+            next_step_s: if plan.medium.is_some() { FIRST_STEP_S } else { first_s },
             unknowns: behind_m
                 .chain(friction)
                 .chain(initial.friction_state.iter().copied())

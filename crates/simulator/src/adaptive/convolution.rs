@@ -37,18 +37,15 @@ impl Convolution {
             MediumKind::Periodic { .. } => nodes.next_power_of_two(),
         };
         let (half, angle) = (size / 2, |k: usize| -2.0 * PI * k as f64 / size as f64);
-        let turns = |of: fn(f64) -> f64, step: usize| {
-            (0..size / step).map(|k| of(angle(step * k))).collect::<Vec<_>>()
+        let turns = |step: usize| {
+            [libm::cos, libm::sin].map(|of| (0..size / step).map(|k| of(angle(step * k))).collect::<Vec<_>>())
         };
+        let half_turns = turns(1);
         // The transform of an even sequence, given its first half, which is real and even.
         let transformed = |values: Vec<f64>| -> Vec<f64> {
             let mut re: Vec<f64> = (0..size).map(|k| values[k.min(size - k)]).collect();
             let [mut im, mut a, mut b] = [(); 3].map(|()| vec![0.0; size]);
-            kernels::fourier(
-                [&mut re, &mut im],
-                [&mut a, &mut b],
-                [&turns(libm::cos, 1), &turns(libm::sin, 1)],
-            );
+            kernels::fourier([&mut re, &mut im], [&mut a, &mut b], half_turns.each_ref().map(|of| &**of));
             re.truncate(half + 1);
             re
         };
@@ -60,12 +57,8 @@ impl Convolution {
                 (transformed(spectrum.iter().map(|s| s / size as f64).collect()), spectrum)
             }
             MediumKind::HalfSpace | MediumKind::WholeSpace => {
-                let lag = |m: usize| match m {
-                    0 => -PI * mu / (4.0 * dz),
-                    _ if m.is_multiple_of(2) => 0.0,
-                    _ => mu / (PI * (m * m) as f64 * dz),
-                };
-                let lags: Vec<f64> = (0..=half).map(lag).collect();
+                let lag = |m: usize| (m % 2) as f64 * mu / (PI * (m * m) as f64 * dz);
+                let lags: Vec<f64> = [-PI * mu / (4.0 * dz)].into_iter().chain((1..=half).map(lag)).collect();
                 (lags.clone(), transformed(lags))
             }
         };
@@ -75,8 +68,8 @@ impl Convolution {
                 .then_some(usize::from(medium.first_node == FirstNode::HalfCell)),
             lags,
             spectrum,
-            turns: [turns(libm::cos, 2), turns(libm::sin, 2)],
-            half_turns: [turns(libm::cos, 1), turns(libm::sin, 1)],
+            turns: turns(2),
+            half_turns,
             values: zeros(),
             scratch: zeros(),
         }
@@ -108,10 +101,7 @@ impl Convolution {
     pub(super) fn row(&self, n: usize, nodes: usize) -> Vec<f64> {
         let last = self.lags.len() - 1;
         let lag = |m: usize| self.lags[m.min(2 * last - m)];
-        let image = |j: usize| match self.image {
-            Some(beside) if j + beside > 0 => lag(n + j + beside),
-            _ => 0.0,
-        };
+        let image = |j| self.image.filter(|beside| j + beside > 0).map_or(0.0, |beside| lag(n + j + beside));
         (0..nodes).map(|j| lag(n.abs_diff(j)) + image(j)).collect()
     }
 }

@@ -6,6 +6,7 @@
 
 use asperity_model::{AdaptiveState, Plan};
 
+use super::Adaptive;
 use super::line::Line;
 use super::motion::{DriveAndLoad, Method, Motion, StepEnd, Unknowns, factor};
 use crate::kernels;
@@ -24,18 +25,13 @@ const A: [&[f64]; STAGES - 1] = [
 
 /// The estimated error, over the length of the step.
 const ERROR: [f64; STAGES] =
-    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];
+    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-/// Of the continuous extension of order 4 (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*,
+/// Numerators and denominators of the continuous extension of order 4 (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*,
 /// section II.6).
-const DENSE: [f64; STAGES] = [
-    -12_715_105_075.0 / 11_282_082_432.0,
-    0.0,
-    87_487_479_700.0 / 32_700_410_799.0,
-    -10_690_763_975.0 / 1_880_347_072.0,
-    701_980_252_875.0 / 199_316_789_632.0,
-    -1_453_857_185.0 / 822_651_844.0,
-    69_997_945.0 / 29_380_423.0,
+const DENSE: [[f64; STAGES]; 2] = [
+    [-12715105075.0, 0.0, 87487479700.0, -10690763975.0, 701980252875.0, -1453857185.0, 69997945.0],
+    [11282082432.0, 1.0, 32700410799.0, 1880347072.0, 199316789632.0, 822651844.0, 29380423.0],
 ];
 
 /// The step times the fastest decay: stable up to 3.31.
@@ -67,7 +63,7 @@ impl DormandPrince {
     /// For [`extension`], of a quantity of which the rates at the stages are given.
     fn changes(&self, rate: impl Fn(&[f64]) -> f64) -> [f64; 3] {
         let rates = self.rates.each_ref().map(|rates| rate(&rates.0));
-        let sum: f64 = DENSE.iter().zip(rates).map(|(d, rate)| d * rate).sum();
+        let sum: f64 = (0..STAGES).map(|stage| DENSE[0][stage] / DENSE[1][stage] * rates[stage]).sum();
         [rates[0], rates[STAGES - 1], sum].map(|rate| self.step_s * rate)
     }
 }
@@ -136,18 +132,14 @@ impl Method<Line> for DormandPrince {
     }
 
     /// Stress is linear in slip, so its extension has the convolution of the rates, which one node takes as a sum.
-    fn speed_within<'a>(
-        &'a self,
-        (line, n): (&'a Line, usize),
-        ends: [&'a StepEnd<Line>; 2],
-        _: impl Fn(f64) -> DriveAndLoad + 'a,
-    ) -> impl Fn(f64) -> f64 + 'a {
+    fn speed_within(solver: &Adaptive<Line>, n: usize) -> impl Fn(f64) -> f64 {
+        let Adaptive { motion: line, method, begin, end, .. } = solver;
         let stiffness = line.stiffness_pa_per_m(n);
-        let (nodes, stresses) = (stiffness.len(), ends.map(|end| end.contacts.stress[n]));
-        let changes = self.changes(|rates| kernels::product(&stiffness, &rates[..nodes]));
+        let (nodes, stresses) = (stiffness.len(), [begin, end].map(|end| end.contacts.stress[n]));
+        let changes = method.changes(|rates| kernels::product(&stiffness, &rates[..nodes]));
         move |share| {
-            let stress = extension(share, stresses, changes);
-            line.speed_m_per_s(n, stress, self.within(&ends[0].at, share, nodes + n))
+            let phi = method.within(&begin.at, share, nodes + n);
+            line.speed_m_per_s(n, extension(share, stresses, changes), phi)
         }
     }
 }

@@ -60,9 +60,8 @@ impl Line {
     /// A bound on the rate at which small changes decay, 1/s.
     pub(super) fn decay_per_s(&self, field: &Field) -> f64 {
         let least_m = self.medium.critical_slip_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let [stiffness, slope, speed] =
-            [&self.convolution.spectrum, &field.slope, &field.velocity].map(|of| kernels::largest(of));
-        stiffness * slope + speed / least_m
+        kernels::largest(&self.convolution.spectrum) * kernels::largest(&field.slope)
+            + kernels::largest(&field.velocity) / least_m
     }
 
     /// The change of the stress at node `n` per change of the slip of each.

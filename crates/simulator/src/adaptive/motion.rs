@@ -8,6 +8,7 @@ use asperity_model::plan::course::Swing;
 use asperity_model::{Plan, SliderState};
 use asperity_record::Energy;
 
+use super::Adaptive;
 use crate::kernels;
 
 /// Fewest steps in a period of a swing.
@@ -74,13 +75,8 @@ pub(super) trait Method<M: Motion>: Clone + Debug + Send {
     /// The value of an unknown, by its place, within the last step, after a share of it.
     fn within(&self, begin: &Unknowns, share: f64, place: usize) -> f64;
 
-    /// `|V|` of block `n` after shares of the last step, between its ends, with drive and load there.
-    fn speed_within<'a>(
-        &'a self,
-        of: (&'a M, usize),
-        ends: [&'a StepEnd<M>; 2],
-        outside: impl Fn(f64) -> DriveAndLoad + 'a,
-    ) -> impl Fn(f64) -> f64 + 'a;
+    /// `|V|` of block `n` after shares of the step that a solver is in.
+    fn speed_within(solver: &Adaptive<M>, n: usize) -> impl Fn(f64) -> f64;
 }
 
 /// Factors on the length of a step after one of error 1, and bounds.

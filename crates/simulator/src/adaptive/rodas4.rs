@@ -13,9 +13,10 @@
 
 use asperity_model::{AdaptiveState, Plan};
 
+use super::Adaptive;
 use super::equations::Equations;
 use super::linear::StageSystem;
-use super::motion::{DriveAndLoad, Method, Motion, StepEnd, Unknowns, factor};
+use super::motion::{Method, Motion, StepEnd, Unknowns, factor};
 
 const STAGES: usize = 6;
 
@@ -163,12 +164,10 @@ impl Method<Equations> for Rodas4 {
         error
     }
 
-    fn speed_within<'a>(
-        &'a self,
-        (equations, n): (&'a Equations, usize),
-        [begin, _]: [&'a StepEnd<Equations>; 2],
-        outside: impl Fn(f64) -> DriveAndLoad + 'a,
-    ) -> impl Fn(f64) -> f64 + 'a {
-        move |share| equations.speed_m_per_s(n, outside(share), |place| self.within(&begin.at, share, place))
+    fn speed_within(solver: &Adaptive<Equations>, n: usize) -> impl Fn(f64) -> f64 {
+        move |share| {
+            let unknown = |place| solver.method.within(&solver.begin.at, share, place);
+            solver.motion.speed_m_per_s(n, solver.outside_at(share), unknown)
+        }
     }
 }

@@ -17,6 +17,16 @@ const MOST_ITERATIONS: usize = 100;
 /// Largest argument of [`exp`].
 const LARGEST: f64 = 708.0;
 
+/// `1 / k!`, from 1 on.
+const OVER_FACTORIALS: [f64; 13] = {
+    let (mut values, mut k) = ([1.0; 13], 1);
+    while k < values.len() {
+        values[k] = values[k - 1] / (k + 1) as f64;
+        k += 1;
+    }
+    values
+};
+
 /// Rate-and-state friction of nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct NodeFriction {
@@ -38,28 +48,13 @@ fn exp(x: f64) -> f64 {
     const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
     /// Added to a number, it leaves the nearest integer in its last digits.
     const INTEGERS: f64 = 6_755_399_441_055_744.0;
-    /// `1 / k!` of the odd and of the even powers.
-    const ODD: [f64; 7] = [
-        1.0,
-        1.0 / 6.0,
-        1.0 / 120.0,
-        1.0 / 5040.0,
-        1.0 / 362_880.0,
-        1.0 / 39_916_800.0,
-        1.0 / 6_227_020_800.0,
-    ];
-    const EVEN: [f64; 6] =
-        [0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0, 1.0 / 479_001_600.0];
     let shifted = x * std::f64::consts::LOG2_E + INTEGERS;
     let whole = shifted - INTEGERS;
     let r = (x - whole * LN_2_HIGH) - whole * LN_2_LOW;
-    let square = r * r;
-    let (mut odd, mut even) = (ODD[6], EVEN[5]);
+    let (square, mut odd, mut even) = (r * r, OVER_FACTORIALS[12], 0.0);
     for k in (0..6).rev() {
-        odd = odd * square + ODD[k];
-    }
-    for k in (0..5).rev() {
-        even = even * square + EVEN[k];
+        odd = odd * square + OVER_FACTORIALS[2 * k];
+        even = even * square + OVER_FACTORIALS[2 * k + 1];
     }
     let power = f64::from_bits((shifted.to_bits().wrapping_add(1023)) << 52);
     select_unpredictable(x.abs() <= LARGEST, (1.0 + (r * odd + square * even)) * power, f64::NAN)

@@ -66,12 +66,9 @@ impl Recorder {
             let switch = switch(plan, initial, n);
             Switch { threshold_n: switch.force_magnitude_n(), ..switch }
         });
-        let mut driving = plan
+        let driving = plan
             .outside(initial.step, initial.hold_step)
             .pull([&initial.displacement_m, &initial.velocity_m_per_s], |_, _| {});
-        if plan.medium.is_some() {
-            driving.total_n = initial.tangential_force_n.iter().sum();
-        }
         let record = StepRecord { sliding: 0, ..load(plan, initial, driving, energy, switches.collect()) };
         self.stop = not_finite(&record, initial.step, initial);
         if self.stop.is_some() {
@@ -196,10 +193,11 @@ fn load(
     energy: Energy,
     switches: Vec<Switch>,
 ) -> StepRecord {
+    let in_medium_n = plan.medium.as_ref().map(|_| state.tangential_force_n.iter().sum());
     StepRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
-        driving_force_n: driving.total_n,
+        driving_force_n: in_medium_n.unwrap_or(driving.total_n),
         ft_fn_error: None,
         end_forces_n: driving.ends_n,
         energy,

@@ -362,6 +362,14 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 21] = [
             ],
         ],
     ),
+    (
+        SolverKind::Adaptive,
+        "seas-bp1-qd-coarse",
+        [
+            &["slider.blocks=50", "time.duration_s=6.42e9", "recording.series_every=20"],
+            &["friction.evolution=slip", "medium.first_node=half-cell"],
+        ],
+    ),
 ];
 
 #[test]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use asperity_runlog::partial_path;
 use asperity_testkit::folder;
 
-use crate::support::binary::{as_coded, ends, outcome, run, succeed, text};
+use crate::support::binary::{as_coded, ends, outcome, run, succeed, text, with_sets};
 use crate::sweep::Study;
 
 const SHORT: [&str; 6] =
@@ -58,6 +58,29 @@ fn a_branch_is_made_resumed_repeated_and_shown() {
     // Another state is read where one is asked for.
     let again = ["run", text(&branch), "-o", "never.mcap", "--set", &from];
     ends(2, &again, &["parent.mcap: there is no such file (accepted: the log of a run"]);
+}
+
+#[test]
+fn a_fault_line_goes_on_in_the_state_of_another_run() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let coarse = |sets: &[&str], log: &str| run(&with_sets(&["seas-bp1-qd-coarse"], sets), &path(log));
+    coarse(&["time.duration_s=6.13e9"], "whole.mcap");
+    coarse(&["time.duration_s=3e9"], "parent.mcap");
+    let from = format!("initial.from={}", text(&path("parent.mcap")));
+    coarse(&[&from, "time.duration_s=6.13e9"], "branch.mcap");
+    let events = |log| -> Vec<String> {
+        let rows = succeed(&["events", text(&path(log))]);
+        rows.lines().map(|row| row.split(',').take(7).collect::<Vec<_>>().join(",")).collect()
+    };
+    assert!(events("whole.mcap").len() > 1);
+    assert_eq!(events("whole.mcap"), events("branch.mcap"));
+    // Another motion, from the slip and the states there.
+    coarse(&[&from, "medium.critical_slip_m=[0.01]", "time.duration_s=3.1e9"], "other.mcap");
+    for log in ["branch.mcap", "other.mcap"].map(path) {
+        assert!(succeed(&["check", "--again", text(&log)]).contains(": whole: "));
+        assert!(succeed(&["replay", text(&log)]).contains("same as logged"));
+    }
 }
 
 #[test]

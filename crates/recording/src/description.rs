@@ -117,6 +117,10 @@ numbers! {
     Factor = 1.0: "accepted: a number other than 0", |number| number != 0.0;
     /// Any.
     Finite = 0.0: "accepted: a finite number", |_| true;
+    /// Least size of a step, in scatters of the step statistic.
+    Threshold = 6.0: "accepted: a number above 0", |number| number > 0.0;
+    /// As in a scenario.
+    LinkTimeRatio = 100.0: "accepted: a number above 0", |number| number > 0.0;
 }
 
 #[derive(Debug, Deserialize)]
@@ -295,29 +299,18 @@ struct Array {
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Detection {
     array: Option<Spanned<String>>,
     pub(crate) window_s: Option<Positive>,
     pub(crate) force_window_s: Option<Positive>,
-    threshold: Option<Positive>,
+    pub(crate) threshold: Threshold,
     /// In the unit of the array.
-    pub(crate) least_step: Option<FromZero>,
-    pub(crate) least_drop_n: Option<FromZero>,
-    link_time_ratio: Option<Positive>,
+    pub(crate) least_step: FromZero,
+    pub(crate) least_drop_n: FromZero,
+    pub(crate) link_time_ratio: LinkTimeRatio,
     /// Whether the log has the samples about each rupture; by default it has.
     pub(crate) traces: Option<bool>,
-}
-
-impl Detection {
-    /// Least size of a step, in scatters of the step statistic.
-    pub(crate) fn threshold(&self) -> f64 {
-        self.threshold.map_or(6.0, |threshold| threshold.0)
-    }
-
-    pub(crate) fn link_time_ratio(&self) -> f64 {
-        self.link_time_ratio.map_or(100.0, |ratio| ratio.0)
-    }
 }
 
 impl TryFrom<Value> for Column {

@@ -6,7 +6,7 @@ use asperity_record::LoadDrop;
 
 use crate::description::Channel;
 use crate::line::Line;
-use crate::noise::OfPart;
+use crate::noise::{OfPart, plateaus};
 use crate::pick::{Finders, Search};
 use crate::ramp::Ramp;
 use crate::samples::Rows;
@@ -28,9 +28,9 @@ pub(crate) struct Forces<'a> {
     pub(crate) parts: &'a [Part],
     pub(crate) ramps: Vec<Vec<Ramp>>,
     pub(crate) searches: Vec<Search>,
-    /// The channels that are read, and which of them is `F_T`, and `F_N` and the load point if they are recorded.
+    /// The channels that are read, and which of them is `F_T`, and `F_N`, the load point and the pushed end if recorded.
     pub(crate) channels: Vec<&'a Channel>,
-    pub(crate) places: [Option<usize>; 3],
+    pub(crate) places: [Option<usize>; 4],
     pub(crate) normal_force_n: Option<f64>,
     pub(crate) noise: Vec<OfPart>,
     pub(crate) finder: Finders,
@@ -39,15 +39,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) judged: usize,
 }
 
-/// Samples of a range of a part.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Request {
-    pub(crate) part: usize,
-    pub(crate) samples: Range<u64>,
-}
-
 /// Loads at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Loads {
     pub(crate) driving_force_n: f64,
     pub(crate) normal_load_n: f64,
@@ -99,7 +92,7 @@ impl Forces<'_> {
         }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
         self.finder.extend(rows, FORCE, is_last, &mut |_, ramp| {
-            if !noise.touches_clips(rows, FORCE, &ramp) {
+            if !noise.is_clipped_at(plateaus(rows, FORCE, &ramp)) {
                 ramps.push(ramp);
             }
         });
@@ -161,8 +154,8 @@ impl Forces<'_> {
         })
     }
 
-    /// The samples that tell the loads at a time.
-    pub(crate) fn near(&self, time_s: f64, side: Side) -> Request {
+    /// The part, and the samples of it, that tell the loads at a time.
+    pub(crate) fn near(&self, time_s: f64, side: Side) -> (usize, Range<u64>) {
         let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
         let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
         let (part, _) = nearest.expect("a stream has a part");
@@ -193,15 +186,22 @@ impl Forces<'_> {
                 at..(at + width).min(most).max(at + 1)
             }
         };
-        Request { part, samples }
+        (part, samples)
     }
 
-    /// The loads at a time by the samples of its request.
-    pub(crate) fn loads(&self, time_s: f64, side: Side, request: &Request, rows: &Rows<'_>) -> Loads {
-        let place = self.parts[request.part].sample_at(time_s);
+    /// The loads at a time by samples of a part.
+    pub(crate) fn loads(
+        &self,
+        time_s: f64,
+        side: Side,
+        part: usize,
+        samples: &Range<u64>,
+        rows: &Rows<'_>,
+    ) -> Loads {
+        let place = self.parts[part].sample_at(time_s);
         let at = |which: usize| {
-            let values = self.quantity(which, rows, &request.samples)?;
-            Some(match Line::through(request.samples.start, &values) {
+            let values = self.quantity(which, rows, samples)?;
+            Some(match Line::through(samples.start, &values) {
                 Some(line) => (line.at(place).0, Some(line.at(place).1)),
                 // Too few: the nearest.
                 None if side == Side::Before => (values[values.len() - 1], None),

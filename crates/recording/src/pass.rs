@@ -20,6 +20,14 @@ pub(crate) struct Progress<'a> {
     pub(crate) of: u64,
 }
 
+impl Progress<'_> {
+    /// Adds samples that were read, and asks whether to stop.
+    pub(crate) fn add(&mut self, samples: u64) -> Result<(), RecordingError> {
+        self.done += samples;
+        if (self.watch)(self.done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
+    }
+}
+
 /// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
 type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
 
@@ -131,10 +139,7 @@ impl Recording {
                 let from = first - block.len() as u64;
                 source.read(part, first..end, &mut block)?;
                 visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
-                progress.done += end - first;
-                if (progress.watch)(progress.done, progress.of) {
-                    return Err(RecordingError::Interrupted);
-                }
+                progress.add(end - first)?;
             }
         }
         Ok(())

@@ -39,18 +39,17 @@ impl fmt::Display for Input {
     }
 }
 
-/// An array of NumPy in memory, as the bytes of its file.
-pub trait InMemory: fmt::Debug + Send + Sync {
-    /// Its bytes, from the first one on.
-    fn open(&self) -> Box<dyn Source>;
-}
-
-/// Arrays that stand for files, by the names of these.
-pub type Given = BTreeMap<String, Arc<dyn InMemory>>;
+/// Arrays of NumPy in memory by the names of the files for which they stand: each gives the bytes of its file.
+pub type Given = BTreeMap<String, Arc<dyn Fn() -> Box<dyn Source> + Send + Sync>>;
 
 /// The folder of a description.
-#[derive(Debug, Clone)]
 pub struct Folder(PathBuf, Given);
+
+impl fmt::Debug for Folder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 impl Folder {
     /// The folder of a file, in which some files are in memory.
@@ -125,7 +124,7 @@ impl Folder {
         }
         let samples: Box<dyn Samples> = if let Some(given) = self.1.get(named) {
             let axis = stream.axis;
-            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given.open(), axis))?)
+            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given(), axis))?)
         } else {
             let (file, shown) = self.file(named)?;
             match stream.kind().expect("it was checked") {
@@ -162,7 +161,7 @@ impl Folder {
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str, is_in_vain: &AtomicBool) -> Result<Input, RecordingError> {
         let mut file: Box<dyn Read> = match self.1.get(named) {
-            Some(given) => given.open(),
+            Some(given) => given(),
             None => Box::new(self.file(named)?.0),
         };
         let mut hasher = blake3::Hasher::new();

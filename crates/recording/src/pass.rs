@@ -10,7 +10,7 @@ use crate::error::RecordingError;
 use crate::recording::Recording;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, LANES, Rows, Samples};
-use crate::survey::{BLOCK, Part};
+use crate::survey::BLOCK;
 
 /// How far all passes over the samples have come.
 pub(crate) struct Progress<'a> {
@@ -31,43 +31,13 @@ impl Progress<'_> {
 /// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
 type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
 
-/// Reads parts of a stream from front to back.
-pub(crate) struct Source<'a> {
+/// Reads ranges of samples of a stream, whose beginnings ascend in the parts of a file.
+pub(crate) struct Ranges<'a> {
     recording: &'a Recording,
     stream: usize,
     channels: Vec<&'a Channel>,
     /// The file that is open, and its next sample.
     open: Option<(usize, Box<dyn Samples>, u64)>,
-}
-
-impl Source<'_> {
-    /// Adds samples of a part to a block, which do not lie before those read last.
-    fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
-        let Source { recording, stream, channels, open } = self;
-        let Part { file, from, .. } = recording.streams[*stream].parts[part];
-        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
-            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
-        }
-        let (_, source, next) = open.as_mut().expect("it was opened");
-        let (start, end) = (from + samples.start, from + samples.end);
-        while *next < end {
-            let is_ahead = *next < start;
-            let wanted = if is_ahead { (start - *next).min(BLOCK as u64) } else { end - start } as usize;
-            let count = if is_ahead { source.skip(wanted, block) } else { source.next(wanted, block) }?;
-            if count < wanted {
-                let problem = format!("{} samples fewer than before", wanted - count);
-                let accepted = "a file that does not change while it is read";
-                return Err(recording.fault(*stream, part, channels[0], None, problem, accepted).into());
-            }
-            *next += count as u64;
-        }
-        Ok(())
-    }
-}
-
-/// Ranges of samples, whose beginnings ascend.
-pub(crate) struct Ranges<'a> {
-    source: Source<'a>,
     part: usize,
     first: u64,
     kept: Block,
@@ -76,8 +46,7 @@ pub(crate) struct Ranges<'a> {
 impl<'a> Ranges<'a> {
     pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
         let kept = Block::new(channels.len());
-        let source = Source { recording, stream, channels, open: None };
-        Ranges { source, part: 0, first: 0, kept }
+        Ranges { recording, stream, channels, open: None, part: 0, first: 0, kept }
     }
 
     /// Samples with a range of a part.
@@ -92,11 +61,32 @@ impl<'a> Ranges<'a> {
         }
         let end = self.first + self.kept.len() as u64;
         if samples.end > end {
-            let of = &self.source.recording.streams[self.source.stream].parts[part];
-            let to = samples.end.max(end + BLOCK as u64).min(of.samples);
-            self.source.read(part, end..to, &mut self.kept)?;
+            let of = &self.recording.streams[self.stream].parts[part];
+            self.read(of.from + end..of.from + samples.end.max(end + BLOCK as u64).min(of.samples))?;
         }
         Ok(Rows { first: self.first, block: &self.kept })
+    }
+
+    /// Adds samples of the file of the part, which do not lie before those read last.
+    fn read(&mut self, samples: Range<u64>) -> Result<(), RecordingError> {
+        let Ranges { recording, stream, channels, open, part, kept, .. } = self;
+        let file = recording.streams[*stream].parts[*part].file;
+        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
+            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
+        }
+        let (_, source, next) = open.as_mut().expect("it was opened");
+        while *next < samples.end {
+            let ahead = samples.start.saturating_sub(*next).min(BLOCK as u64);
+            let wanted = if ahead > 0 { ahead } else { samples.end - samples.start } as usize;
+            let count = if ahead > 0 { source.skip(wanted, kept) } else { source.next(wanted, kept) }?;
+            if count < wanted {
+                let problem = format!("{} samples fewer than before", wanted - count);
+                let accepted = "a file that does not change while it is read";
+                return Err(recording.fault(*stream, *part, channels[0], None, problem, accepted).into());
+            }
+            *next += count as u64;
+        }
+        Ok(())
     }
 }
 
@@ -126,19 +116,17 @@ impl Recording {
         progress: &mut Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
-        let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
-        let mut block = Block::new(channels.len());
+        let mut ranges = Ranges::new(self, stream, channels.to_vec());
         for part in self.order(stream) {
             let samples = self.streams[stream].parts[part].samples;
-            block.resize(0);
             for first in (0..samples).step_by(BLOCK) {
-                let (end, spare) =
-                    (samples.min(first + BLOCK as u64), (block.len() as u64).saturating_sub(before));
-                // Not each time, so that the rest is seldom moved.
-                block.drop_first(if spare > before / 4 { spare as usize } else { 0 });
-                let from = first - block.len() as u64;
-                source.read(part, first..end, &mut block)?;
-                visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
+                let end = samples.min(first + BLOCK as u64);
+                visit(
+                    part,
+                    first,
+                    &ranges.rows(part, &(first.saturating_sub(before)..end))?,
+                    end == samples,
+                )?;
                 progress.add(end - first)?;
             }
         }

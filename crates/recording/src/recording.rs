@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
 use asperity_record::{
-    LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
+    LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Recorded, Row, RunHeader, Scales, Sensors, StepRecord,
+    TimeGrid,
 };
 
 use crate::description::{Channel, Description, Positive, Role, Stream};
@@ -176,16 +177,17 @@ impl Recording {
         self.description.streams.iter().zip(&self.streams).map(line).collect()
     }
 
-    /// The header of the log, without code version and run id.
-    pub fn header(&self, inputs: &BTreeMap<String, Input>) -> RunHeader {
+    /// What the log has beside its records; of what was found it takes the load drops.
+    pub fn recorded(&self, found: &mut Detected) -> Recorded {
         let Description { text, name, slider, detection, .. } = &self.description;
+        let inputs = &found.inputs;
         let x_m = self.description.positions_m();
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());
         for input in inputs.values() {
             hasher.update(input.blake3.as_bytes());
         }
-        RunHeader {
+        let header = RunHeader {
             record_schema_version: RECORD_SCHEMA_VERSION,
             scenario: name.clone(),
             scenario_hash: hasher.finalize().to_hex().to_string(),
@@ -204,7 +206,9 @@ impl Recording {
                 least_step: detection.least_step.0,
             }),
             ..RunHeader::default()
-        }
+        };
+        let inputs = inputs.iter().map(|(path, input)| (path.clone(), input.to_string())).collect();
+        Recorded { header, toml: text.clone(), inputs, drops: std::mem::take(&mut found.drops) }
     }
 
     /// Arrivals are linked over the largest gap.
@@ -297,9 +301,11 @@ impl Recording {
             let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &mut progress)?;
             found.signals.push(heard.signals);
             if let Some(role) = role {
-                let noise = heard.noise.iter().enumerate().flat_map(|(part, noise)| {
-                    (0..of.sensors.len()).map(move |n| (part, n, noise[n][0]))
-                });
+                let noise = heard
+                    .noise
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(part, noise)| (0..of.sensors.len()).map(move |n| (part, n, noise[n][0])));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut found);
                 self.warn(stream, role, &heard.counts, heard.others, &mut found);
                 steps = heard.steps.into_iter().map(|(_, step)| step).collect();

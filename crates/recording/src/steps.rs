@@ -144,13 +144,8 @@ impl Timeline {
             block: sensor,
             direction: if detaches { Direction::Detach } else { Direction::Attach },
             displacement_m: displacement_m + if self.are_slips && !detaches { measured.step } else { 0.0 },
-            velocity_m_per_s: 0.0,
-            tangential_force_n: 0.0,
-            stick_position_m: 0.0,
-            threshold_n: 0.0,
-            junctions_slipping: None,
-            across: None,
             measured: Some(measured),
+            ..Switch::default()
         }
     }
 }

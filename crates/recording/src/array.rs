@@ -229,7 +229,7 @@ impl Arrays {
         for column in columns {
             let refused = |problem: Problem| {
                 let accepted = "arrays of integers or floating-point numbers, of one or two dimensions";
-                InputFault::new(shown, Place::File, problem.to_string(), accepted).of(column)
+                InputFault::new(shown, Place::File, problem.to_string(), accepted).of(column, None)
             };
             let dataset = stream.dataset.as_deref().unwrap_or("*");
             let (name, number) = match column {
@@ -287,7 +287,7 @@ impl Samples for Arrays {
         {
             let (place, value) = (Place::Sample(self.next + (at / apart) as u64), read[at]);
             let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
-            return Err(fault.of(&self.columns[at % apart]).with(Some(value.to_string())).into());
+            return Err(fault.of(&self.columns[at % apart], Some(&value.to_string())).into());
         }
         self.next += count;
         Ok(count as usize)

@@ -112,7 +112,7 @@ impl Csv {
             place.filter(|place| *place < table.heading.len()).ok_or_else(|| {
                 let problem = format!("no such column; there are {}", table.heading.join(", "));
                 let place = Place::Line(lines_before + 1);
-                InputFault::new(shown, place, problem, "a column of the heading").of(column).into()
+                InputFault::new(shown, place, problem, "a column of the heading").of(column, None).into()
             })
         });
         table.columns = found.collect::<Result<_, RecordingError>>()?;
@@ -131,13 +131,13 @@ impl Csv {
     }
 
     /// What is wrong in the current row.
-    fn fault(&self, problem: String, accepted: &'static str) -> Box<InputFault> {
+    fn fault(&self, problem: String, accepted: &'static str) -> InputFault {
         let line = self.lines_before + self.record.position().map_or(0, csv::Position::line);
         InputFault::new(&self.path, Place::Line(line), problem, accepted)
     }
 
     /// The number in a cell of the current row, with a decimal comma where all have one.
-    fn number(&mut self, column: usize) -> Result<f64, Box<InputFault>> {
+    fn number(&mut self, column: usize) -> Result<f64, InputFault> {
         let cell = self.record.get(column).unwrap_or_default().trim_ascii();
         let marks = || cell.iter().copied().find(|byte| b".,".contains(byte));
         let mark = if self.may_have_commas { marks() } else { None };
@@ -156,8 +156,9 @@ impl Csv {
             Err(_) if cell.is_empty() => "empty cell",
             Err(_) => "not a number",
         };
-        let value = Some(String::from_utf8_lossy(cell).into_owned()).filter(|text| !text.is_empty());
-        Err(self.fault(problem.to_owned(), "a finite number").of(&self.heading[column]).with(value))
+        let value = String::from_utf8_lossy(cell);
+        let value = Some(&*value).filter(|text| !text.is_empty());
+        Err(self.fault(problem.to_owned(), "a finite number").of(&self.heading[column], value))
     }
 }
 

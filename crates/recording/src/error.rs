@@ -24,7 +24,7 @@ pub enum RecordingError {
     Interrupted,
     /// A file holds what is not accepted.
     #[error(transparent)]
-    Input(#[from] Box<InputFault>),
+    Input(#[from] InputFault),
 }
 
 impl RecordingError {
@@ -39,21 +39,15 @@ impl RecordingError {
     }
 }
 
-/// What is wrong with a value in a file of samples.
+/// What is wrong in a file of samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputFault {
-    /// The file.
-    pub file: PathBuf,
-    /// Where in it.
-    pub place: Place,
-    /// Name or number of the column or channel.
-    pub column: Option<String>,
-    /// The value, as it is written.
-    pub value: Option<String>,
-    /// What is wrong.
-    pub problem: String,
-    /// What is accepted.
-    pub accepted: &'static str,
+    file: PathBuf,
+    place: Place,
+    /// Column or channel, and the value.
+    of: String,
+    problem: String,
+    accepted: &'static str,
 }
 
 impl InputFault {
@@ -62,19 +56,14 @@ impl InputFault {
         place: Place,
         problem: impl Into<String>,
         accepted: &'static str,
-    ) -> Box<InputFault> {
-        let (file, problem) = (file.to_owned(), problem.into());
-        Box::new(InputFault { file, place, column: None, value: None, problem, accepted })
+    ) -> InputFault {
+        InputFault { file: file.to_owned(), place, of: String::new(), problem: problem.into(), accepted }
     }
 
-    pub(crate) fn of(mut self: Box<InputFault>, column: impl fmt::Display) -> Box<InputFault> {
-        self.column = Some(column.to_string());
-        self
-    }
-
-    pub(crate) fn with(mut self: Box<InputFault>, value: Option<String>) -> Box<InputFault> {
-        self.value = value;
-        self
+    /// In a column, with a value as it is written: both as long as a file makes them.
+    pub(crate) fn of(self, column: impl fmt::Display, value: Option<&str>) -> InputFault {
+        let value = value.map_or(String::new(), |value| format!(" = {value:.200}"));
+        InputFault { of: format!("{column:.200}{value}: "), ..self }
     }
 }
 
@@ -91,21 +80,14 @@ pub enum Place {
 
 impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let InputFault { file, place, column, value, problem, accepted } = self;
+        let InputFault { file, place, of, problem, accepted } = self;
         write!(f, "{}", file.display())?;
         match place {
             Place::File => {}
             Place::Line(line) => write!(f, ":{line}")?,
             Place::Sample(sample) => write!(f, ": sample {sample}")?,
         }
-        write!(f, ": ")?;
-        // Names and values may be as long as a file makes them.
-        match (column, value) {
-            (Some(column), Some(value)) => write!(f, "{column:.200} = {value:.200}: ")?,
-            (Some(column), None) => write!(f, "{column:.200}: ")?,
-            _ => {}
-        }
-        write!(f, "{problem:.1000} (accepted: {accepted})")
+        write!(f, ": {of}{problem:.1000} (accepted: {accepted})")
     }
 }
 

@@ -16,7 +16,7 @@ use crate::description::{Axis, Kind, Missing, Stream, Time};
 use crate::error::{InputFault, Place, RecordingError};
 use crate::gap::Gapless;
 use crate::samples::{Block, Column, Samples};
-use crate::{hdf5, matlab, npy};
+use crate::{hdf5, matlab, npy, tdms};
 
 /// Bytes that are hashed at once.
 const HASHED_BYTES: u64 = 1 << 24;
@@ -197,6 +197,10 @@ fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> 
         Kind::Mat | Kind::Hdf5 => {
             let file = hdf5::open(file)?;
             Box::new(move |name| hdf5::array(&file, name, axis, kind == Kind::Mat))
+        }
+        Kind::Tdms => {
+            let channels = tdms::open(&file)?;
+            Box::new(move |name| tdms::array(&file, &channels, name))
         }
         Kind::Raw | Kind::Npy | Kind::Csv => Box::new(move |name| {
             if !name.is_empty() {

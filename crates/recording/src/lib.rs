@@ -75,6 +75,7 @@ mod scenario;
 mod signals;
 mod steps;
 mod survey;
+mod tdms;
 pub mod unit;
 mod window;
 

@@ -359,8 +359,8 @@ impl Recording {
             for run in of.clips.iter().flatten() {
                 let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
                 let accepted = "a range that the signal does not leave";
-                let fault = self.fault(stream, *part, all[*n], Some(run.first), problem, accepted);
-                found.warnings.push(*fault.with(Some(run.value.to_string())));
+                let at = Some((run.first, run.value));
+                found.warnings.push(self.fault(stream, *part, all[*n], at, problem, accepted));
             }
             let (of_part, sensor) = (&surveyed.parts[*part], (*n < sensors).then_some(*n as u32 + 1));
             let step = grid.nearest_step(of_part.first_s());
@@ -378,26 +378,27 @@ impl Recording {
             let Some((part, n, _)) = with.first() else { continue };
             let (first, count, of) = (part + 1, with.len(), noise.len());
             let problem = format!("{problem}, in part {first} and in {count} of {of} channels of parts");
-            found.warnings.push(*self.fault(stream, *part, all[*n], None, problem, accepted));
+            found.warnings.push(self.fault(stream, *part, all[*n], None, problem, accepted));
         }
     }
 
-    /// What is wrong with a channel in a part, or with a sample of it.
+    /// What is wrong with a channel in a part, or with a sample of it that has this value.
     pub(crate) fn fault(
         &self,
         stream: usize,
         part: usize,
         channel: &Channel,
-        sample: Option<u64>,
+        at: Option<(u64, f64)>,
         problem: String,
         accepted: &'static str,
-    ) -> Box<InputFault> {
+    ) -> InputFault {
         let (of, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
         let Part { file, from, left_out, .. } = surveyed.parts[part];
         let named = &surveyed.files[file];
         let opened = self.folder.open(of, named, std::slice::from_ref(&channel.column)).ok();
-        let place =
-            opened.zip(sample).map_or(Place::File, |(source, sample)| source.place(from + left_out + sample));
-        InputFault::new(&self.folder.shown(named), place, problem, accepted).of(&channel.column)
+        let place = opened.zip(at).map_or(Place::File, |(source, (n, _))| source.place(from + left_out + n));
+        let value = at.map(|(_, value)| value.to_string());
+        InputFault::new(&self.folder.shown(named), place, problem, accepted)
+            .of(&channel.column, value.as_deref())
     }
 }

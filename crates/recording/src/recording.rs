@@ -339,7 +339,7 @@ impl Recording {
         let (window_s, link_s, wave_s) =
             (found.window as f64 * interval_s, scales.link_s(), scales.block_time_s);
         let mut warn = |n: usize, problem: String, accepted: &'static str| {
-            found.warnings.push(*self.fault(stream, 0, &sensors[n], None, problem, accepted));
+            found.warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
         for (n, of) in counts.windows(3).enumerate() {
             if of[1] == 0 && of[0].min(of[2]) >= MANY {
@@ -426,9 +426,10 @@ impl Recording {
                 let of = places.map(|place| Some(channels[place?].si(stored[place?])));
                 if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
                     let problem = "a normal force that is not above 0".to_owned();
-                    let fault =
-                        self.fault(stream, part, channels[1], Some(sample), problem, "a load above 0 N");
-                    return Err(fault.with(Some(stored[1].to_string())).into());
+                    let at = Some((sample, stored[1]));
+                    return Err(self
+                        .fault(stream, part, channels[1], at, problem, "a load above 0 N")
+                        .into());
                 }
                 let [force, normal, point, end] =
                     [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));

@@ -113,7 +113,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             let place = if stated.is_some() { above(opened.place(0)) } else { Place::File };
             let accepted = "a unit of what the channel measures";
             let fault = InputFault::new(&folder.shown(&files[0]), place, problem, accepted);
-            fault.of(&channel.column).with(stated)
+            fault.of(&channel.column, stated.as_deref())
         })?;
     }
     let stream = &*stream;
@@ -195,7 +195,7 @@ fn times(
     let mut block = Block::new(1);
     let fault = |place, value: Option<String>, problem: String, accepted| {
         let fault = InputFault::new(&folder.shown(named), place, problem, accepted);
-        RecordingError::from(fault.of(&time.column).with(value))
+        RecordingError::from(fault.of(&time.column, value.as_deref()))
     };
     let Unit { name: in_words, scale: unit_s, .. } = time.unit_of(samples.as_ref()).map_err(|stated| {
         let problem = format!("unit {stated} where a time is due");

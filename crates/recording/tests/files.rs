@@ -81,6 +81,9 @@ fn an_array_is_read_in_any_layout() {
             "['00000001', '00000002']",
         ),
         ("file = 'latest.h5'\ndataset = 'packed'", "'1..2'"),
+        ("file = 'segments.tdms'", "[\"it's/one\", \"it's/Dev1/two\"]"),
+        ("file = 'any.tdms'\ndataset = 'slip'", "'1..2'"),
+        ("file = 'any.tdms'\ndataset = 'slip/*'", "['one', 'two']"),
     ] {
         found.push(slips(folder.path(), keys, channels));
         assert!(found.last() == found.first(), "{keys}");
@@ -130,7 +133,8 @@ fn halves_of_many_channels_give_what_all_give() {
     assert_eq!(halves, whole);
 }
 
-/// Arrays in containers, written by h5py and SciPy.
+/// Arrays in containers, written by h5py, SciPy and npTDMS; any.tdms, which has interleaved values, either order of bytes,
+/// lists kept, laid out anew and appended, and an open end, by hand, and npTDMS reads it.
 const ARRAYS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/recordings/arrays");
 
 /// A force that rises by 50 N/s and falls by 2 N at each of these times.
@@ -339,14 +343,13 @@ fn a_key_that_is_not_accepted_is_named_with_its_place() {
             ":9:1: raw needs numbers and channels_in_file, and only it has them",
         ),
         ("a.npy'", "a.raw'\nnumbers = 'i2'\nchannels_in_file = 2", ":11:11: numbers = 'i2' is not accepted"),
-        ("a.npy'", "a.tdms'", ":9:1: file = \"a.tdms\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
         (
             "rate_hz = 1e6",
             "time = { column = 1 }\nresample = 'linear'\nmissing = 'gap'",
             ":9:1: resample would fill the gaps of missing",
         ),
         ("role = 'slip'", "role = 'acoustic'", ":1:1: nothing from which events follow"),
-        ("a.npy", "a.xls", ":9:1: file = \"a.xls\" (accepted: csv, npy, npz, hdf5, mat, raw; or kind"),
+        ("a.npy", "a.xls", ":9:1: file = \"a.xls\" (accepted: csv, npy, npz, hdf5, mat, tdms, raw; or kind"),
     ] {
         assert!(array.contains(key));
         let error = open(folder.path(), &array.replace(key, value)).unwrap_err().to_string();

@@ -8,7 +8,7 @@ use multiversion::multiversion;
 use serde::Deserialize;
 
 use crate::description::{Axis, Stream};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Column, LANES, Samples};
 
 /// Most bytes of arrays of a file that cannot be read piece by piece.
@@ -229,7 +229,7 @@ impl Arrays {
         for column in columns {
             let refused = |problem: Problem| {
                 let accepted = "arrays of integers or floating-point numbers, of one or two dimensions";
-                InputFault::new(shown, Place::File, problem.to_string(), accepted).of(column, None)
+                InputFault::new(shown, "", problem.to_string(), accepted).of(column, None)
             };
             let dataset = stream.dataset.as_deref().unwrap_or("*");
             let (name, number) = match column {
@@ -251,7 +251,7 @@ impl Arrays {
         let lengths: Vec<u64> = grids.iter().map(|(grid, _)| grid.samples).collect();
         if !lengths.iter().all(|length| *length == lengths[0]) {
             let problem = format!("arrays of {lengths:?} samples");
-            return Err(InputFault::new(shown, Place::File, problem, "arrays of equal length").into());
+            return Err(InputFault::new(shown, "", problem, "arrays of equal length").into());
         }
         let (path, columns) = (shown.to_owned(), columns.to_vec());
         let are_judged = stream.missing.is_none() && !grids.iter().all(|(grid, _)| grid.is_finite);
@@ -274,7 +274,7 @@ impl Samples for Arrays {
                         _ => error.to_string(),
                     };
                     let accepted = "a sound file that does not change while it is read";
-                    InputFault::new(&self.path, Place::Sample(self.next), problem, accepted)
+                    InputFault::new(&self.path, format!(": sample {}", self.next), problem, accepted)
                 },
             )?;
             place += channels.len();
@@ -285,7 +285,7 @@ impl Samples for Arrays {
             && read.chunks(64).any(has_any)
             && let Some(at) = read.iter().position(|value| !value.is_finite())
         {
-            let (place, value) = (Place::Sample(self.next + (at / apart) as u64), read[at]);
+            let (place, value) = (self.place(self.next + (at / apart) as u64), read[at]);
             let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
             return Err(fault.of(&self.columns[at % apart], Some(&value.to_string())).into());
         }

@@ -8,7 +8,7 @@ use asperity_files::ShortLines;
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::description::Stream;
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Column, Samples};
 
 /// Of these the first that a heading contains separates its cells, if no other is given.
@@ -59,7 +59,7 @@ impl Csv {
         // Spreadsheets mark a text as Unicode.
         heading.drain(..if heading.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 });
         if heading.starts_with(b"\xff\xfe") || heading.starts_with(b"\xfe\xff") {
-            let fault = InputFault::new(shown, Place::Line(1), "a text in UTF-16", "a text in UTF-8");
+            let fault = InputFault::new(shown, ":1", "a text in UTF-16", "a text in UTF-8");
             return Err(fault.into());
         }
         while let Some(text) = heading.strip_prefix(b"#") {
@@ -111,7 +111,7 @@ impl Csv {
             };
             place.filter(|place| *place < table.heading.len()).ok_or_else(|| {
                 let problem = format!("no such column; there are {}", table.heading.join(", "));
-                let place = Place::Line(lines_before + 1);
+                let place = format!(":{}", lines_before + 1);
                 InputFault::new(shown, place, problem, "a column of the heading").of(column, None).into()
             })
         });
@@ -133,7 +133,7 @@ impl Csv {
     /// What is wrong in the current row.
     fn fault(&self, problem: String, accepted: &'static str) -> InputFault {
         let line = self.lines_before + self.record.position().map_or(0, csv::Position::line);
-        InputFault::new(&self.path, Place::Line(line), problem, accepted)
+        InputFault::new(&self.path, format!(":{line}"), problem, accepted)
     }
 
     /// The number in a cell of the current row, with a decimal comma where all have one.
@@ -182,11 +182,11 @@ impl Samples for Csv {
         Ok(most)
     }
 
-    fn place(&self, sample: u64) -> Place {
-        Place::Line(self.first_line + sample)
+    fn place(&self, sample: u64) -> String {
+        format!(":{}", self.first_line + sample)
     }
 
-    fn unit(&self, channel: usize) -> Option<String> {
-        self.units.get(self.columns[channel]).cloned()
+    fn unit(&self, channel: usize) -> Option<(String, String)> {
+        Some((self.units.get(self.columns[channel])?.clone(), format!(":{}", self.first_line - 1)))
     }
 }

@@ -43,7 +43,8 @@ impl RecordingError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputFault {
     file: PathBuf,
-    place: Place,
+    /// Where in it: `:LINE`, `: sample N`, or nothing.
+    place: String,
     /// Column or channel, and the value.
     of: String,
     problem: String,
@@ -53,11 +54,12 @@ pub struct InputFault {
 impl InputFault {
     pub(crate) fn new(
         file: &Path,
-        place: Place,
+        place: impl Into<String>,
         problem: impl Into<String>,
         accepted: &'static str,
     ) -> InputFault {
-        InputFault { file: file.to_owned(), place, of: String::new(), problem: problem.into(), accepted }
+        let (file, place, problem) = (file.to_owned(), place.into(), problem.into());
+        InputFault { file, place, of: String::new(), problem, accepted }
     }
 
     /// In a column, with a value as it is written: both as long as a file makes them.
@@ -67,27 +69,10 @@ impl InputFault {
     }
 }
 
-/// Where a value stands in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// Anywhere in it.
-    File,
-    /// A line, from 1.
-    Line(u64),
-    /// A sample, from 0.
-    Sample(u64),
-}
-
 impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let InputFault { file, place, of, problem, accepted } = self;
-        write!(f, "{}", file.display())?;
-        match place {
-            Place::File => {}
-            Place::Line(line) => write!(f, ":{line}")?,
-            Place::Sample(sample) => write!(f, ": sample {sample}")?,
-        }
-        write!(f, ": {of}{problem:.1000} (accepted: {accepted})")
+        write!(f, "{}{place}: {of}{problem:.1000} (accepted: {accepted})", file.display())
     }
 }
 

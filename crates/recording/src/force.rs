@@ -154,36 +154,38 @@ impl Forces<'_> {
         })
     }
 
-    /// The part, and the samples of it, that tell the loads at a time.
-    pub(crate) fn near(&self, time_s: f64, side: Side) -> (usize, Range<u64>) {
+    /// The stretches of a part between the samples that belong to its ramps.
+    pub(crate) fn free(&self, part: usize) -> Vec<Range<u64>> {
+        let (mut from, samples) = (0, self.parts[part].samples);
+        let taken = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
+        let taken = self.ramps[part].iter().map(taken).chain([samples..samples]);
+        let free = taken.map(|taken| {
+            let free = from..taken.start.min(samples);
+            from = from.max(taken.end);
+            free
+        });
+        free.filter(|free| !free.is_empty()).collect()
+    }
+
+    /// The part, and the samples of it, that tell the loads at a time, given what is free in each.
+    pub(crate) fn near(&self, time_s: f64, side: Side, free: &[Vec<Range<u64>>]) -> (usize, Range<u64>) {
         let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
         let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
-        let (part, _) = nearest.expect("a stream has a part");
-        let (of, ramps, width) = (&self.parts[part], &self.ramps[part], self.searches[part].width);
-        let place = of.sample_at(time_s);
-        let last = of.samples - 1;
-        // Samples that belong to a ramp.
-        let skipped = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
+        let (part, of) = nearest.expect("a stream has a part");
+        let (width, free, last, place) =
+            (self.searches[part].width, &free[part], of.samples - 1, of.sample_at(time_s));
         let samples = match side {
             Side::Before => {
-                let mut at = ((place - 1.0).floor().max(0.0) as u64).min(last);
-                let earlier = ramps.partition_point(|ramp| skipped(ramp).start <= at);
-                let mut earlier = ramps[..earlier].iter().rev().map(skipped).peekable();
-                while let Some(skipped) = earlier.next_if(|skipped| skipped.contains(&at)) {
-                    at = skipped.start.saturating_sub(1);
-                }
-                let least = earlier.peek().map_or(0, |skipped| skipped.end);
-                (at + 1).saturating_sub(width).max(least)..at + 1
+                let at = ((place - 1.0).floor().max(0.0) as u64).min(last);
+                let before = free[..free.partition_point(|free| free.start <= at)].last();
+                let Range { start, end } = before.map_or(0..1, |free| free.start..free.end.min(at + 1));
+                end.saturating_sub(width).max(start)..end
             }
             Side::Behind => {
-                let mut at = ((place + 1.0).ceil().max(0.0) as u64).min(last);
-                let later = ramps.partition_point(|ramp| skipped(ramp).end <= at);
-                let mut later = ramps[later..].iter().map(skipped).peekable();
-                while let Some(skipped) = later.next_if(|skipped| skipped.contains(&at)) {
-                    at = skipped.end.min(last);
-                }
-                let most = later.peek().map_or(of.samples, |skipped| skipped.start);
-                at..(at + width).min(most).max(at + 1)
+                let at = ((place + 1.0).ceil().max(0.0) as u64).min(last);
+                let behind = free.get(free.partition_point(|free| free.end <= at));
+                let Range { start, end } = behind.map_or(last..last + 1, |free| free.start.max(at)..free.end);
+                start..end.min(start + width)
             }
         };
         (part, samples)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Samples};
 
 /// Most parts of a stream.
@@ -55,17 +55,17 @@ impl Samples for Gapless {
             }
             if self.gaps.len() > MOST_PARTS {
                 let accepted = "100000 gaps, or a file for each stream";
-                return Err(InputFault::new(&self.path, Place::File, "too many gaps", accepted).into());
+                return Err(InputFault::new(&self.path, "", "too many gaps", accepted).into());
             }
         }
         Ok(block.len() - before)
     }
 
-    fn place(&self, sample: u64) -> Place {
+    fn place(&self, sample: u64) -> String {
         self.samples.place(sample)
     }
 
-    fn unit(&self, channel: usize) -> Option<String> {
+    fn unit(&self, channel: usize) -> Option<(String, String)> {
         self.samples.unit(channel)
     }
 

@@ -13,7 +13,7 @@ use zip::ZipArchive;
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, Stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::gap::Gapless;
 use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy, tdms};
@@ -24,20 +24,8 @@ const HASHED_BYTES: u64 = 1 << 24;
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
 
-/// A file of a recording, as it was when it was read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Input {
-    /// Its length.
-    pub bytes: u64,
-    /// BLAKE3 hash of its content, hexadecimal.
-    pub blake3: String,
-}
-
-impl fmt::Display for Input {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} bytes, BLAKE3 {}", self.bytes, self.blake3)
-    }
-}
+/// Length of a file of a recording, and the BLAKE3 hash of its content, hexadecimal.
+pub(crate) type Input = (u64, String);
 
 /// Arrays of NumPy in memory by the names of the files for which they stand: each gives the bytes of its file.
 pub type Given = BTreeMap<String, Arc<dyn Fn() -> Box<dyn Source> + Send + Sync>>;
@@ -63,7 +51,7 @@ impl Folder {
         let shown = self.0.join(named);
         let outside = || {
             let problem = "it is outside the folder of the recording";
-            InputFault::new(&shown, Place::File, problem, "a file inside, by its path from there")
+            InputFault::new(&shown, "", problem, "a file inside, by its path from there")
         };
         if Path::new(named).components().any(|part| !matches!(part, Component::Normal(_))) {
             return Err(outside().into());
@@ -104,7 +92,7 @@ impl Folder {
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
             let problem = format!("{} files have such names with a number for *", segments.len());
             let file = self.0.join(&stream.file);
-            return Err(InputFault::new(&file, Place::File, problem, "1 to 100000 segments").into());
+            return Err(InputFault::new(&file, "", problem, "1 to 100000 segments").into());
         }
         Ok(segments.into_iter().map(|(_, name)| name).collect())
     }
@@ -131,7 +119,7 @@ impl Folder {
                 Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
                 kind => {
                     let mut find = arrays(kind, file, stream).map_err(|problem| {
-                        InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
+                        InputFault::new(&shown, "", problem.to_string(), "a file as its kind says")
                     })?;
                     Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
                 }
@@ -174,7 +162,7 @@ impl Folder {
             let read = hasher.update_reader(file.by_ref().take(HASHED_BYTES));
             read.map_err(RecordingError::io(&self.shown(named)))?;
         }
-        Ok(Input { bytes: hasher.count(), blake3: hasher.finalize().to_hex().to_string() })
+        Ok((hasher.count(), hasher.finalize().to_hex().to_string()))
     }
 }
 

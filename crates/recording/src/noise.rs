@@ -9,7 +9,7 @@ use multiversion::multiversion;
 
 use crate::arrival;
 use crate::description::{Channel, Role};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::pass::{Progress, Ranges};
 use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
@@ -34,29 +34,14 @@ pub(crate) struct OfPart {
     is_coarse: bool,
 }
 
-/// What is found in some channels of a stream.
-#[derive(Default)]
+/// What is found in a stream.
 pub(crate) struct Heard {
     /// By part and channel, for each width of its windows.
     pub(crate) noise: Vec<Vec<Vec<OfPart>>>,
     pub(crate) signals: Signals,
-    /// Steps, with the place of their part in time.
-    pub(crate) steps: Vec<(usize, SensorStep)>,
-    /// How many steps each sensor has, and how many of the other sign all have.
-    pub(crate) counts: Vec<u64>,
+    /// Steps of sensors in order of time, and how many were of the other sign.
+    pub(crate) steps: Vec<SensorStep>,
     pub(crate) others: u64,
-}
-
-impl Heard {
-    /// With what is found in the channels behind these.
-    pub(crate) fn joined(mut self, behind: Heard) -> Heard {
-        self.noise.iter_mut().zip(behind.noise).for_each(|(of, behind)| of.extend(behind));
-        self.signals.join(behind.signals);
-        self.steps.extend(behind.steps);
-        self.counts.extend(behind.counts);
-        self.others += behind.others;
-        self
-    }
 }
 
 impl OfPart {
@@ -212,37 +197,37 @@ fn reduce<'a>(
 }
 
 impl Recording {
-    /// The noise of some channels in all parts, by the widths of the windows of each, of which only the samples that count are read.
+    /// The noise of the channels of a stream by part and channel, for each width of its windows. Only samples that tell it are
+    /// read.
     fn scatters(
         &self,
         stream: usize,
-        channels: &[&Channel],
         widths: &[Vec<u64>],
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Vec<Vec<OfPart>>>, RecordingError> {
         let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
-        let mut parts = vec![vec![Vec::new(); channels.len()]; self.streams[stream].parts.len()];
+        let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
         let Some(longest) = all.last() else { return Ok(parts) };
-        let mut ranges = Ranges::new(self, stream, channels.to_vec());
+        let mut ranges = Ranges::new(self, stream, self.description.streams[stream].channels().collect());
         for part in self.order(stream) {
             let samples = self.streams[stream].parts[part].samples;
-            let of_group = |width: &u64| (Window::new(*width), Vec::<[f64; LANES]>::new());
-            let groups = || 0..channels.len().div_ceil(LANES);
-            let mut windows: Vec<Vec<_>> = groups().map(|_| all.iter().map(of_group).collect()).collect();
+            let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width), Vec::new())).collect();
+            let mut groups: Vec<Vec<(Window, Vec<[f64; LANES]>)>> =
+                widths.chunks(LANES).map(of_group).collect();
             for block in 0..BLOCKS {
                 let due: Vec<Range<u64>> = all.iter().map(|width| counted(samples, *width, block)).collect();
                 let from = due.iter().map(|of| of.start / SUMMED * SUMMED).min().unwrap_or_default();
                 let to = due.iter().map(|of| of.end + longest).max().unwrap_or_default();
                 let rows = ranges.rows(part, &(from.saturating_sub(*longest)..to))?;
-                for (group, windows) in windows.iter_mut().enumerate() {
+                for (group, windows) in groups.iter_mut().enumerate() {
                     let due = windows.iter_mut().zip(&due);
                     due.for_each(|((window, values), of)| window.take(&rows, group, of, values));
                 }
                 progress.add(samples * (block + 1) / BLOCKS - samples * block / BLOCKS)?;
             }
             for (n, widths) in widths.iter().enumerate() {
-                let is_its = |(window, _): &&(Window, _)| widths.contains(&window.width);
-                parts[part][n].extend(windows[n / LANES].iter().filter(is_its).map(|(window, values)| {
+                let its = groups[n / LANES].iter().filter(|(window, _)| widths.contains(&window.width));
+                parts[part][n].extend(its.map(|(window, values)| {
                     let values: Vec<f64> = values.iter().map(|lanes| lanes[n % LANES]).collect();
                     let (width, scatter) = (window.width, Scatter::of(&values));
                     OfPart { width, scatter, clips: [None; 2], is_coarse: false }
@@ -252,8 +237,8 @@ impl Recording {
         Ok(parts)
     }
 
-    /// Goes through a stream: the noise of its channels by the widths of their windows, as many as each has, what all of them read,
-    /// and the steps of the sensors, if they have a role.
+    /// Goes through a stream: the noise of its channels by the widths of their windows, as many as each has, what all of
+    /// them read, and the steps of the sensors, if they have a role.
     pub(crate) fn listen(
         &self,
         stream: usize,
@@ -270,83 +255,59 @@ impl Recording {
             return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
         }
         let sensors = role.map_or(0, |_| self.description.streams[stream].sensors.len());
-        let behind = if role.is_some() { pick::BEHIND * widths[0][0] } else { 0 };
-        let heard = |of: Range<usize>, progress: &mut Progress<'_>| {
-            let (channels, begin) = (&channels[of.clone()], of.start);
-            let mut found = Heard {
-                noise: self.scatters(stream, channels, &widths[of.clone()], progress)?,
-                signals: Signals::new(channels.len()),
-                counts: vec![0; sensors.clamp(begin, of.end) - begin],
-                ..Heard::default()
-            };
-            let (mut listeners, mut steps, mut nth) = (Vec::new(), Vec::new(), 0);
-            self.pass(stream, channels, behind, progress, &mut |part, first, rows, is_last| {
-                let noise = &mut found.noise[part];
-                if first == 0 {
-                    let search = |(noise, channel): (&Vec<OfPart>, &&Channel)| {
-                        let (factor, sign) = (channel.factor.0, channel.role.sign());
-                        let given = detection.least_step.0 / factor.abs();
-                        noise[0].search(detection.threshold.0, given, sign * factor.signum(), false)
-                    };
-                    let sensors = noise.iter().zip(channels).take(found.counts.len());
-                    let sought: Vec<Search> = sensors.map(search).collect();
-                    let mut finders = sought.chunks(LANES).map(Finders::new);
-                    let fresh = |channels: &[&Channel]| (Extremes::new(channels.len()), finders.next());
-                    listeners = channels.chunks(LANES).map(fresh).collect::<Vec<_>>();
+        let behind = if sensors > 0 { pick::BEHIND * widths[0][0] } else { 0 };
+        let noise = self.scatters(stream, widths, progress)?;
+        let mut found = Heard { noise, signals: Signals::new(), steps: Vec::new(), others: 0 };
+        let (mut listeners, mut steps) = (Vec::new(), Vec::new());
+        self.pass(stream, &channels, behind, progress, &mut |part, first, rows, is_last| {
+            let noise = &mut found.noise[part];
+            if first == 0 {
+                let search = |(noise, channel): (&Vec<OfPart>, &&Channel)| {
+                    let (factor, sign) = (channel.factor.0, channel.role.sign());
+                    let given = detection.least_step.0 / factor.abs();
+                    noise[0].search(detection.threshold.0, given, sign * factor.signum(), false)
+                };
+                let sought: Vec<Search> = noise.iter().zip(&channels).take(sensors).map(search).collect();
+                let mut finders = sought.chunks(LANES).map(Finders::new);
+                let fresh = |channels: &[_]| (Extremes::new(channels.len()), finders.next());
+                listeners = channels.chunks(LANES).map(fresh).collect::<Vec<_>>();
+            }
+            let mut read = Vec::with_capacity(channels.len());
+            for (group, (extremes, finders)) in listeners.iter_mut().enumerate() {
+                let [least, sum, most] = extremes.extend(rows, group, first);
+                for (n, channel) in channels[group * LANES..].iter().take(LANES).enumerate() {
+                    let mean = sum[n] / (rows.end() - first) as f64;
+                    let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
+                    read.push([a.min(b), mean, a.max(b)]);
                 }
-                let mut read = Vec::with_capacity(channels.len());
-                for (group, (extremes, finders)) in listeners.iter_mut().enumerate() {
-                    let [least, sum, most] = extremes.extend(rows, group, first);
-                    for (n, channel) in channels[group * LANES..].iter().take(LANES).enumerate() {
-                        let mean = sum[n] / (rows.end() - first) as f64;
-                        let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
-                        read.push([a.min(b), mean, a.max(b)]);
-                    }
-                    if let (Some(finders), Some(role)) = (finders, role) {
-                        finders.extend(rows, group, is_last, &mut |n, ramp| {
-                            let arrival = arrival::arrival(rows, n, &ramp, noise[n][0].width, role);
-                            steps.push((n, ramp, arrival, plateaus(rows, n, &ramp)));
-                        });
-                    }
+                let (Some(finders), Some(role)) = (finders, role) else { continue };
+                finders.extend(rows, group, is_last, &mut |n, ramp| {
+                    let (OfPart { width, scatter, .. }, scale) = (noise[n][0], channels[n].scale);
+                    let places = [arrival::arrival(rows, n, &ramp, width, role), ramp.end];
+                    let [arrival_s, stop_s] = places.map(|place| surveyed.parts[part].time_s(place));
+                    let error_s = arrival::error(&ramp, scatter.noise(width), role) * surveyed.interval_s;
+                    let (step, step_error) = (ramp.size * scale, scatter.sigma * scale.abs());
+                    let measured = Measured { error_s, step, step_error };
+                    let step = SensorStep { sensor: n as u32 + 1, arrival_s, stop_s, measured };
+                    steps.push((step, plateaus(rows, n, &ramp)));
+                });
+            }
+            if is_last {
+                for (n, noise) in noise.iter_mut().enumerate() {
+                    noise.iter_mut().for_each(|noise| noise.judge(&listeners[n / LANES].0, n % LANES));
                 }
-                if is_last {
-                    for (n, noise) in noise.iter_mut().enumerate() {
-                        noise.iter_mut().for_each(|noise| noise.judge(&listeners[n / LANES].0, n % LANES));
-                    }
-                    let is_whole =
-                        |(n, .., plateaus): &(usize, _, _, _)| !noise[*n][0].is_clipped_at(*plateaus);
-                    for (n, ramp, arrival, _) in steps.drain(..).filter(is_whole) {
-                        found.counts[n] += 1;
-                        let (of, OfPart { width, scatter, .. }, scale) =
-                            (&surveyed.parts[part], noise[n][0], channels[n].scale);
-                        let error =
-                            role.map_or(0.0, |role| arrival::error(&ramp, scatter.noise(width), role));
-                        let measured = Measured {
-                            error_s: error * surveyed.interval_s,
-                            step: ramp.size * scale,
-                            step_error: scatter.sigma * scale.abs(),
-                        };
-                        let [arrival_s, stop_s] = [arrival, ramp.end].map(|place| of.time_s(place));
-                        let sensor = (begin + n + 1) as u32;
-                        found.steps.push((nth, SensorStep { sensor, arrival_s, stop_s, measured }));
-                    }
-                    found.others += listeners
-                        .iter()
-                        .filter_map(|(_, finders)| finders.as_ref())
-                        .map(Finders::others)
-                        .sum::<u64>();
-                    nth += 1;
-                }
-                found.signals.push(&read).map_err(RecordingError::spool)
-            })?;
-            Ok(found)
-        };
-        let halves = self.in_halves(stream, channels.len(), progress, heard)?;
-        let mut found = halves.into_iter().reduce(Heard::joined).expect("there is one");
-        // Parts do not overlap, but an arrival may lie before its part by rounding.
-        found.steps.sort_by(|(part, a), (other, b)| {
-            part.cmp(other).then(a.arrival_s.total_cmp(&b.arrival_s)).then(a.sensor.cmp(&b.sensor))
-        });
+                let is_clipped = |step: &SensorStep, at| noise[step.sensor as usize - 1][0].is_clipped_at(at);
+                steps.retain(|(step, plateaus)| !is_clipped(step, *plateaus));
+                // An arrival may lie before its part by rounding.
+                steps.sort_by(|(a, _), (b, _)| {
+                    a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
+                });
+                found.steps.extend(steps.drain(..).map(|(step, _)| step));
+                let finders = listeners.iter().filter_map(|(_, finders)| finders.as_ref());
+                found.others += finders.map(Finders::others).sum::<u64>();
+            }
+            found.signals.push(&read).map_err(RecordingError::spool)
+        })?;
         Ok(found)
     }
 
@@ -396,9 +357,9 @@ impl Recording {
         let Part { file, from, left_out, .. } = surveyed.parts[part];
         let named = &surveyed.files[file];
         let opened = self.folder.open(of, named, std::slice::from_ref(&channel.column)).ok();
-        let place = opened.zip(at).map_or(Place::File, |(source, (n, _))| source.place(from + left_out + n));
+        let place = opened.zip(at).map(|(source, (n, _))| source.place(from + left_out + n));
         let value = at.map(|(_, value)| value.to_string());
-        InputFault::new(&self.folder.shown(named), place, problem, accepted)
+        InputFault::new(&self.folder.shown(named), place.unwrap_or_default(), problem, accepted)
             .of(&channel.column, value.as_deref())
     }
 }

@@ -1,15 +1,12 @@
 //! Passes over the samples of a stream, from front to back.
 
 use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 
-use crate::description::{Channel, Kind};
+use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::recording::Recording;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, LANES, Rows, Samples};
+use crate::samples::{Block, Column, Rows, Samples};
 use crate::survey::BLOCK;
 
 /// How far all passes over the samples have come.
@@ -90,21 +87,6 @@ impl<'a> Ranges<'a> {
     }
 }
 
-/// Does something while another thread does something else, which learns when that is in vain.
-pub(crate) fn at_once<A, B: Send>(
-    one: impl FnOnce() -> Result<A, RecordingError>,
-    other: impl FnOnce(&AtomicBool) -> Result<B, RecordingError> + Send,
-) -> Result<(A, B), RecordingError> {
-    let is_in_vain = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let other = scope.spawn(|| other(&is_in_vain));
-        let one = one();
-        is_in_vain.store(one.is_err(), Ordering::Relaxed);
-        let other = other.join().unwrap_or_else(|panic| resume_unwind(panic));
-        Ok((one?, other?))
-    })
-}
-
 impl Recording {
     /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
     /// there, so many before that, and whether they are its last.
@@ -121,39 +103,12 @@ impl Recording {
             let samples = self.streams[stream].parts[part].samples;
             for first in (0..samples).step_by(BLOCK) {
                 let end = samples.min(first + BLOCK as u64);
-                visit(
-                    part,
-                    first,
-                    &ranges.rows(part, &(first.saturating_sub(before)..end))?,
-                    end == samples,
-                )?;
+                let rows = ranges.rows(part, &(first.saturating_sub(before)..end))?;
+                visit(part, first, &rows, end == samples)?;
                 progress.add(end - first)?;
             }
         }
         Ok(())
-    }
-
-    /// Passes over channels of a stream, in two halves at once if they are many and reading takes less than what follows. `pass`
-    /// returns what it finds in some of them, which does not depend on the others.
-    pub(crate) fn in_halves<T: Send>(
-        &self,
-        stream: usize,
-        channels: usize,
-        progress: &mut Progress<'_>,
-        pass: impl Fn(Range<usize>, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
-    ) -> Result<Vec<T>, RecordingError> {
-        let is_quick = matches!(self.description.streams[stream].kind(), Some(Kind::Npy | Kind::Raw));
-        let half =
-            if is_quick { channels.div_ceil(2).next_multiple_of(LANES).min(channels) } else { channels };
-        if half == channels {
-            return Ok(vec![pass(0..channels, progress)?]);
-        }
-        let other = |is_in_vain: &AtomicBool| {
-            let watch = &mut |_, _| is_in_vain.load(Ordering::Relaxed);
-            pass(half..channels, &mut Progress { watch, done: 0, of: 0 })
-        };
-        let (one, other) = at_once(|| pass(0..half, progress), other)?;
-        Ok(vec![one, other])
     }
 
     fn samples(
@@ -168,7 +123,8 @@ impl Recording {
             Some(time) if stream.resample.is_some() => {
                 let columns: Vec<Column> = [time.column.clone()].into_iter().chain(columns).collect();
                 let samples = self.folder.open(stream, &surveyed.files[file], &columns)?;
-                let unit_s = time.unit_of(samples.as_ref()).map_or(1.0, |unit| unit.scale);
+                let stated = samples.unit(0).map(|(unit, _)| unit);
+                let unit_s = time.unit_or(stated.as_deref()).map_or(1.0, |unit| unit.scale);
                 Ok(Box::new(Resampled::new(samples, channels.len(), surveyed.interval_s / unit_s)))
             }
             _ => self.folder.open(stream, &surveyed.files[file], &columns.collect::<Vec<_>>()),

@@ -1,7 +1,10 @@
 //! A recording that is read: noise first, then steps, then the loads at their times.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Recorded, Row, RunHeader, Scales, Sensors, StepRecord,
@@ -9,15 +12,15 @@ use asperity_record::{
 };
 
 use crate::description::{Channel, Description, Positive, Role, Stream};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::estimates::Averager;
 use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
-use crate::pass::{Progress, Ranges, at_once};
+use crate::pass::{Progress, Ranges};
 use crate::pick::{Finders, Search};
 use crate::signals::Signals;
-use crate::steps::Timeline;
+use crate::steps::{SensorStep, Timeline};
 use crate::survey::{Part, Surveyed, survey};
 
 /// Steps of the log per sample of the fastest stream.
@@ -67,7 +70,7 @@ pub struct Detected {
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
     /// Length and hash of every file, by their paths; none if nothing but detection was asked for.
-    pub inputs: BTreeMap<String, Input>,
+    pub(crate) inputs: BTreeMap<String, Input>,
     /// Load drops, in order.
     pub drops: Vec<LoadDrop>,
     pub(crate) timeline: Timeline,
@@ -126,7 +129,7 @@ impl Recording {
             (apart, "streams that overlap"),
         ];
         if let Some((problem, accepted)) = unfit.into_iter().find_map(|(problem, of)| Some((problem?, of))) {
-            return Err(InputFault::new(file, Place::File, problem, accepted).into());
+            return Err(InputFault::new(file, "", problem, accepted).into());
         }
         Ok(recording)
     }
@@ -184,8 +187,8 @@ impl Recording {
         let x_m = self.description.positions_m();
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());
-        for input in inputs.values() {
-            hasher.update(input.blake3.as_bytes());
+        for (_, hash) in inputs.values() {
+            hasher.update(hash.as_bytes());
         }
         let header = RunHeader {
             record_schema_version: RECORD_SCHEMA_VERSION,
@@ -207,7 +210,9 @@ impl Recording {
             }),
             ..RunHeader::default()
         };
-        let inputs = inputs.iter().map(|(path, input)| (path.clone(), input.to_string())).collect();
+        let words =
+            |(path, (bytes, hash)): (&String, &_)| (path.clone(), format!("{bytes} bytes, BLAKE3 {hash}"));
+        let inputs = inputs.iter().map(words).collect();
         Recorded { header, toml: text.clone(), inputs, drops: std::mem::take(&mut found.drops) }
     }
 
@@ -253,8 +258,15 @@ impl Recording {
     /// # Errors
     /// As that.
     pub fn read(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
-        let (found, inputs) = at_once(|| self.detect(watch), |is_in_vain| self.inputs(is_in_vain))?;
-        Ok(Detected { inputs, ..found })
+        let is_in_vain = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let inputs = scope.spawn(|| self.inputs(&is_in_vain));
+            let found = self.detect(watch);
+            is_in_vain.store(found.is_err(), Ordering::Relaxed);
+            let inputs = inputs.join().unwrap_or_else(|panic| resume_unwind(panic));
+            let found = found?;
+            Ok(Detected { inputs: inputs?, ..found })
+        })
     }
 
     /// Finds steps, load drops and loads. `watch` is told how many samples were read, of how many in all passes, and says
@@ -307,8 +319,8 @@ impl Recording {
                     .enumerate()
                     .flat_map(|(part, noise)| (0..of.sensors.len()).map(move |n| (part, n, noise[n][0])));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut found);
-                self.warn(stream, role, &heard.counts, heard.others, &mut found);
-                steps = heard.steps.into_iter().map(|(_, step)| step).collect();
+                self.warn(stream, role, &heard.steps, heard.others, &mut found);
+                steps = heard.steps;
             }
             if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
                 let n = of.sensors.len() + n;
@@ -330,14 +342,16 @@ impl Recording {
         Ok(found)
     }
 
-    /// Warns of what makes steps of an array doubtful, given how many each sensor has, and how many had the other sign.
-    fn warn(&self, stream: usize, role: Role, counts: &[u64], others: u64, found: &mut Detected) {
+    /// Warns of what makes steps of an array doubtful, and how many had the other sign.
+    fn warn(&self, stream: usize, role: Role, steps: &[SensorStep], others: u64, found: &mut Detected) {
         /// Steps of both neighbours without which one may be dead.
         const MANY: u64 = 20;
         let (sensors, scales) = (&self.description.streams[stream].sensors, self.scales());
         let interval_s = self.streams[stream].interval_s;
         let (window_s, link_s, wave_s) =
             (found.window as f64 * interval_s, scales.link_s(), scales.block_time_s);
+        let mut counts = vec![0; sensors.len()];
+        steps.iter().for_each(|step| counts[step.sensor as usize - 1] += 1);
         let mut warn = |n: usize, problem: String, accepted: &'static str| {
             found.warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
@@ -347,7 +361,7 @@ impl Recording {
                 warn(n + 1, problem, "a sensor that works; else name it in dead");
             }
         }
-        let all: u64 = counts.iter().sum();
+        let all = steps.len() as u64;
         if matches!(role, Role::ShearForce | Role::ShearStrain) && all > 0 && others >= all {
             let problem = format!("{others} steps of the other sign, beside {all} that fall");
             warn(0, problem, "extents by slip or area, not by shear");
@@ -450,11 +464,9 @@ impl Recording {
         forces: &Forces<'_>,
         timeline: &Timeline,
     ) -> Result<Vec<Loads>, RecordingError> {
-        let mut wanted: Vec<_> = timeline
-            .wanted()
-            .map(|(time_s, side)| (forces.near(time_s, side), time_s, side))
-            .enumerate()
-            .collect();
+        let free: Vec<Vec<Range<u64>>> = (0..forces.parts.len()).map(|part| forces.free(part)).collect();
+        let near = |(time_s, side)| (forces.near(time_s, side, &free), time_s, side);
+        let mut wanted: Vec<_> = timeline.wanted().map(near).enumerate().collect();
         wanted.sort_by_key(|(n, ((part, samples), ..))| (*part, samples.start, *n));
         let mut ranges = Ranges::new(self, stream, forces.channels.clone());
         let mut loads = vec![Loads::default(); wanted.len()];

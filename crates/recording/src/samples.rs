@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::description::Channel;
-use crate::error::{Place, RecordingError};
+use crate::error::RecordingError;
 use crate::gap::Gap;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
@@ -143,12 +143,12 @@ pub trait Samples {
     }
 
     /// Where a sample stands, for messages.
-    fn place(&self, sample: u64) -> Place {
-        Place::Sample(sample)
+    fn place(&self, sample: u64) -> String {
+        format!(": sample {sample}")
     }
 
-    /// The unit of a channel, from 0, if the source itself states it.
-    fn unit(&self, _channel: usize) -> Option<String> {
+    /// The unit of a channel, from 0, if the source itself states it, and where.
+    fn unit(&self, _channel: usize) -> Option<(String, String)> {
         None
     }
 

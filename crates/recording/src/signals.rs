@@ -20,25 +20,19 @@ const IN_MEMORY: usize = 1 << 24;
 /// Most numbers in a record of traces.
 const MOST_VALUES: usize = 1 << 17;
 
-/// The least, mean and largest of channels of a stream in each block of samples, in the order in which they were read, and how
-/// many channels these are.
-#[derive(Debug, Default)]
-pub(crate) struct Signals(Vec<(Spool, usize)>);
+/// The least, mean and largest of the channels of a stream in each block of samples, in the order in which they were read.
+#[derive(Debug)]
+pub(crate) struct Signals(Spool);
 
 impl Signals {
-    pub(crate) fn new(channels: usize) -> Signals {
-        Signals(vec![(asperity_files::spool(IN_MEMORY), channels)])
-    }
-
-    /// Adds what channels behind these read at the same times.
-    pub(crate) fn join(&mut self, others: Signals) {
-        self.0.extend(others.0);
+    pub(crate) fn new() -> Signals {
+        Signals(asperity_files::spool(IN_MEMORY))
     }
 
     /// Adds a block.
     pub(crate) fn push(&mut self, channels: &[[f64; 3]]) -> io::Result<()> {
         let bytes: Vec<[u8; 8]> = channels.as_flattened().iter().map(|number| number.to_le_bytes()).collect();
-        self.0[0].0.write_all(bytes.as_flattened())
+        self.0.write_all(bytes.as_flattened())
     }
 }
 
@@ -56,9 +50,8 @@ impl Recording {
         let blocks = self.order(stream).into_iter().flat_map(|part| {
             (0..surveyed.parts[part].samples).step_by(BLOCK).map(move |first| (part, first))
         });
-        let rewound: io::Result<()> = signals.0.iter_mut().try_for_each(|(spool, _)| spool.rewind());
-        let mut spools: Vec<_> =
-            signals.0.iter_mut().map(|(spool, of)| (BufReader::new(spool), *of)).collect();
+        let (rewound, mut spool) = (signals.0.rewind(), BufReader::new(&mut signals.0));
+        let mut bytes = vec![0; 24 * self.description.streams[stream].channels().count()];
         let record = move |(part, first): (usize, u64)| {
             let of = &surveyed.parts[part];
             let step = grid.nearest_step(of.time_s(first as f64));
@@ -71,14 +64,11 @@ impl Recording {
                 interval_s: surveyed.interval_s,
                 ..SignalRecord::default()
             };
-            for (spool, channels) in &mut spools {
-                let mut bytes = vec![0; 24 * *channels];
-                spool.read_exact(&mut bytes)?;
-                for [least, mean, largest] in bytes.as_chunks().0.as_chunks().0 {
-                    record.least.push(f64::from_le_bytes(*least));
-                    record.mean.push(f64::from_le_bytes(*mean));
-                    record.largest.push(f64::from_le_bytes(*largest));
-                }
+            spool.read_exact(&mut bytes)?;
+            for [least, mean, largest] in bytes.as_chunks().0.as_chunks().0 {
+                record.least.push(f64::from_le_bytes(*least));
+                record.mean.push(f64::from_le_bytes(*mean));
+                record.largest.push(f64::from_le_bytes(*largest));
             }
             Ok(record)
         };

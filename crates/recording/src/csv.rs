@@ -37,11 +37,11 @@ pub(crate) struct Csv {
 }
 
 impl Csv {
-    /// Opens columns of a table that is described by a stream; that of starts has the usual form.
+    /// Opens columns of a table that is described by a stream.
     pub(crate) fn open(
         file: File,
         shown: &Path,
-        stream: Option<&Stream>,
+        stream: &Stream,
         columns: &[Column],
     ) -> Result<Csv, RecordingError> {
         let io = RecordingError::io(shown);
@@ -52,7 +52,7 @@ impl Csv {
             lines += u64::from(source.read_until(b'\n', &mut line).map_err(&io)? > 0);
             Ok(line)
         };
-        for _ in 0..stream.map_or(0, |stream| stream.skip_rows) {
+        for _ in 0..stream.skip_rows {
             line()?;
         }
         let (mut comment, mut heading) = (None, line()?);
@@ -66,10 +66,9 @@ impl Csv {
             comment = Some(text.to_owned());
             heading = line()?;
         }
-        let given = stream.and_then(|stream| stream.delimiter).map(|given| given as u8);
         let delimiter = |heading: &[u8]| {
             let found = || DELIMITERS.into_iter().find(|known| heading.contains(known));
-            given.or_else(found).unwrap_or(b',')
+            stream.delimiter.map(|given| given as u8).or_else(found).unwrap_or(b',')
         };
         // NumPy writes the heading as a comment.
         let is_number = |cell: &[u8]| fast_float2::parse::<f64, _>(cell.trim_ascii()).is_ok();
@@ -97,10 +96,10 @@ impl Csv {
             first_line: 0,
             mark: None,
             may_have_commas: delimiter != b',',
-            is_complete: stream.is_none_or(|stream| stream.missing.is_none()),
+            is_complete: stream.missing.is_none(),
         };
         table.heading = table.row_of_text()?;
-        if stream.is_some_and(|stream| stream.units_row) {
+        if stream.units_row {
             table.units = table.row_of_text()?;
         }
         table.first_line = lines_before + table.reader.position().line();

@@ -10,11 +10,11 @@ pub(crate) const MOST_PARTS: usize = 100_000;
 
 /// Samples that are missing.
 #[derive(Debug, Clone, Copy)]
-pub struct Gap {
+pub(crate) struct Gap {
     /// How many samples before it are not.
-    pub at: u64,
+    pub(crate) at: u64,
     /// How many are missing.
-    pub missing: u64,
+    pub(crate) missing: u64,
 }
 
 /// Samples without those in which a row has no number.

@@ -116,7 +116,7 @@ impl Folder {
         } else {
             let (file, shown) = self.file(named)?;
             match stream.kind().expect("it was checked") {
-                Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
+                Kind::Csv => Box::new(Csv::open(file, &shown, stream, &all)?),
                 kind => {
                     let mut find = arrays(kind, file, stream).map_err(|problem| {
                         InputFault::new(&shown, "", problem.to_string(), "a file as its kind says")
@@ -134,7 +134,7 @@ impl Folder {
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
         let (file, shown) = self.file(&starts.file)?;
-        let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
+        let mut table = Csv::open(file, &shown, &Stream::default(), std::slice::from_ref(&starts.column))?;
         let mut block = Block::new(1);
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);

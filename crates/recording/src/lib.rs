@@ -5,7 +5,7 @@
 //! a unit. An array of sensors along the slider makes its contacts: sensor `j` is block `j`. In reading order:
 //!
 //! - [`Description`]: what a `recording.toml` says; [`Unit`](unit::Unit) converts what stands in files.
-//! - [`Samples`]: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
+//! - `samples`: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
 //!   description only.
 //! - `survey`: the parts of a stream, and when each of their samples was taken.
 //! - `pass`: goes over the samples of a stream.
@@ -83,9 +83,7 @@ pub use array::Source;
 pub use description::{Description, EXAMPLE, Role};
 pub use error::{InputFault, RecordingError};
 pub use estimates::length_law;
-pub use gap::Gap;
 pub use npy::head as npy_head;
 pub use recording::{Detected, Recording};
 pub use sample::{NOISE, Sampler};
-pub use samples::{Block, Samples};
 pub use scenario::scenario;

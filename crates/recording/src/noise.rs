@@ -13,7 +13,7 @@ use crate::error::{InputFault, RecordingError};
 use crate::pass::{Progress, Ranges};
 use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
-use crate::recording::{Detected, Recording, SHORTEST_PART};
+use crate::recording::{Recording, SHORTEST_PART, Told};
 use crate::samples::{LANES, Rows};
 use crate::signals::Signals;
 use crate::steps::SensorStep;
@@ -70,31 +70,13 @@ impl OfPart {
     }
 
     /// The row of a sensor, or of the force, in a part that begins at a step.
-    fn row(
-        &self,
-        (step, time_s): (u64, f64),
-        at: [usize; 2],
-        sensor: Option<u32>,
-        missing: u64,
-        scale: f64,
-    ) -> Row {
-        let (window, [stream, part]) = (self.width, at.map(|n| n as u64 + 1));
+    fn row(&self, step: (u64, f64), at: [usize; 2], sensor: Option<u32>, missing: u64, scale: f64) -> Row {
+        let ((step, time_s), window, [stream, part]) = (step, self.width, at.map(|n| n as u64 + 1));
         let (stream, clipped) = (stream as u32, self.clips.iter().flatten().map(|run| run.clipped).sum());
         let (median, sigma) = (self.scatter.median * scale, self.scatter.sigma * scale.abs());
-        let Some(sensor) = sensor else {
-            let (median_n, sigma_n) = (median, sigma);
-            return Row::new(LoadNoise {
-                step,
-                time_s,
-                stream,
-                part,
-                window,
-                median_n,
-                sigma_n,
-                clipped,
-                missing,
-            });
-        };
+        let (median_n, sigma_n) = (median, sigma);
+        let of_force = LoadNoise { step, time_s, stream, part, window, median_n, sigma_n, clipped, missing };
+        let Some(sensor) = sensor else { return Row::new(of_force) };
         Row::new(Noise { step, time_s, stream, part, sensor, window, median, sigma, clipped, missing })
     }
 }
@@ -312,7 +294,7 @@ impl Recording {
     }
 
     /// Adds the noise of channels in parts to what is found, and warnings.
-    pub(crate) fn report(&self, stream: usize, noise: &[(usize, usize, OfPart)], found: &mut Detected) {
+    pub(crate) fn report(&self, stream: usize, noise: &[(usize, usize, OfPart)], told: &mut Told) {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let all: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = self.description.streams[stream].sensors.len();
@@ -321,12 +303,12 @@ impl Recording {
                 let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
                 let accepted = "a range that the signal does not leave";
                 let at = Some((run.first, run.value));
-                found.warnings.push(self.fault(stream, *part, all[*n], at, problem, accepted));
+                told.1.push(self.fault(stream, *part, all[*n], at, problem, accepted));
             }
             let (of_part, sensor) = (&surveyed.parts[*part], (*n < sensors).then_some(*n as u32 + 1));
             let step = grid.nearest_step(of_part.first_s());
             let at = (step, grid.time_s(step));
-            found.rows.push(of.row(at, [stream, *part], sensor, of_part.missing, all[*n].scale));
+            told.0.push(of.row(at, [stream, *part], sensor, of_part.missing, all[*n].scale));
         }
         // What may be wrong with a channel of a part, told once for all that have it.
         let flaws: [(_, _, fn(&OfPart) -> bool); 3] = [
@@ -339,7 +321,7 @@ impl Recording {
             let Some((part, n, _)) = with.first() else { continue };
             let (first, count, of) = (part + 1, with.len(), noise.len());
             let problem = format!("{problem}, in part {first} and in {count} of {of} channels of parts");
-            found.warnings.push(self.fault(stream, *part, all[*n], None, problem, accepted));
+            told.1.push(self.fault(stream, *part, all[*n], None, problem, accepted));
         }
     }
 

@@ -60,6 +60,9 @@ pub struct Recording {
     pub(crate) streams: Vec<Surveyed>,
 }
 
+/// Rows and warnings of channels.
+pub(crate) type Told = (Vec<Row>, Vec<InputFault>);
+
 /// What was found in a recording.
 #[derive(Debug)]
 pub struct Detected {
@@ -155,13 +158,9 @@ impl Recording {
 
     /// Length and hash of every file, by their paths.
     fn inputs(&self, is_in_vain: &AtomicBool) -> Result<BTreeMap<String, Input>, RecordingError> {
-        let of_streams = self.streams.iter().flat_map(|stream| &stream.files);
-        let starts = self.description.streams.iter().filter_map(|stream| stream.starts.as_ref());
-        let starts = starts.map(|starts| &starts.file);
-        of_streams
-            .chain(starts)
-            .map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?)))
-            .collect()
+        let starts = self.description.streams.iter().filter_map(|stream| Some(&stream.starts.as_ref()?.file));
+        let all = self.streams.iter().flat_map(|stream| &stream.files).chain(starts);
+        all.map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?))).collect()
     }
 
     /// Lines about the streams, for people.
@@ -287,21 +286,7 @@ impl Recording {
             _ => WINDOW,
         };
         let role = self.description.contact_role();
-        let sample_s = self.description.sample_s.unwrap_or(self.last_s() / SAMPLED);
-        let timeline = |steps| {
-            Timeline::of(steps, role == Some(Role::Slip), self.time_grid(), self.last_step(), sample_s)
-        };
-        let mut found = Detected {
-            rows: Vec::new(),
-            warnings: Vec::new(),
-            inputs: BTreeMap::new(),
-            drops: Vec::new(),
-            timeline: timeline(Vec::new()),
-            loads: Vec::new(),
-            signals: Vec::new(),
-            window,
-            normal_load_n: self.normal_load_n(),
-        };
+        let (mut told, mut signals) = (Told::default(), Vec::new());
         let (mut steps, mut of_forces, mut averager) = (Vec::new(), None, Averager::default());
         for (stream, of) in self.description.streams.iter().enumerate() {
             let role = role.filter(|_| *contacts == Some(stream));
@@ -311,15 +296,13 @@ impl Recording {
                 _ => Vec::new(),
             });
             let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &mut progress)?;
-            found.signals.push(heard.signals);
+            signals.push(heard.signals);
             if let Some(role) = role {
-                let noise = heard
-                    .noise
-                    .iter()
-                    .enumerate()
-                    .flat_map(|(part, noise)| (0..of.sensors.len()).map(move |n| (part, n, noise[n][0])));
-                self.report(stream, &noise.collect::<Vec<_>>(), &mut found);
-                self.warn(stream, role, &heard.steps, heard.others, &mut found);
+                let all =
+                    (0..heard.noise.len()).flat_map(|part| (0..of.sensors.len()).map(move |n| (part, n)));
+                let noise = all.map(|(part, n)| (part, n, heard.noise[part][n][0]));
+                self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
+                self.warn(stream, role, window, &heard.steps, heard.others, &mut told.1);
                 steps = heard.steps;
             }
             if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
@@ -327,33 +310,46 @@ impl Recording {
                 let noise: Vec<&[OfPart]> = heard.noise.iter().map(|of| &of[n][..]).collect();
                 let (forces, means) = self.forces(stream, &noise, &mut progress)?;
                 let noise = forces.noise.iter().enumerate().map(|(part, noise)| (part, n, *noise));
-                self.report(stream, &noise.collect::<Vec<_>>(), &mut found);
+                self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
                 (of_forces, averager) = (Some((stream, forces)), means);
             }
         }
-        found.rows.sort_by_key(|noise| noise.step);
-        found.timeline = timeline(steps);
+        let (mut rows, warnings) = told;
+        rows.sort_by_key(|noise| noise.step);
+        let (are_slips, grid, last) = (role == Some(Role::Slip), self.time_grid(), self.last_step());
+        let sample_s = self.description.sample_s.unwrap_or(self.last_s() / SAMPLED);
+        let (timeline, inputs) = (Timeline::of(steps, are_slips, grid, last, sample_s), BTreeMap::new());
+        let (mut drops, mut loads, normal_load_n) = (Vec::new(), Vec::new(), self.normal_load_n());
         if let Some((stream, mut forces)) = of_forces {
-            found.drops = std::mem::take(&mut forces.drops);
-            found.loads = self.loads(stream, &forces, &found.timeline)?;
+            drops = std::mem::take(&mut forces.drops);
+            loads = self.loads(stream, &forces, &timeline)?;
         }
+        let mut found =
+            Detected { rows, warnings, inputs, drops, timeline, loads, signals, window, normal_load_n };
         let told = self.estimates(&found, &averager)?;
         found.rows.extend(told);
         Ok(found)
     }
 
     /// Warns of what makes steps of an array doubtful, and how many had the other sign.
-    fn warn(&self, stream: usize, role: Role, steps: &[SensorStep], others: u64, found: &mut Detected) {
+    fn warn(
+        &self,
+        stream: usize,
+        role: Role,
+        window: u64,
+        steps: &[SensorStep],
+        others: u64,
+        warnings: &mut Vec<InputFault>,
+    ) {
         /// Steps of both neighbours without which one may be dead.
         const MANY: u64 = 20;
         let (sensors, scales) = (&self.description.streams[stream].sensors, self.scales());
         let interval_s = self.streams[stream].interval_s;
-        let (window_s, link_s, wave_s) =
-            (found.window as f64 * interval_s, scales.link_s(), scales.block_time_s);
+        let (window_s, link_s, wave_s) = (window as f64 * interval_s, scales.link_s(), scales.block_time_s);
         let mut counts = vec![0; sensors.len()];
         steps.iter().for_each(|step| counts[step.sensor as usize - 1] += 1);
         let mut warn = |n: usize, problem: String, accepted: &'static str| {
-            found.warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
+            warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
         for (n, of) in counts.windows(3).enumerate() {
             if of[1] == 0 && of[0].min(of[2]) >= MANY {

@@ -59,14 +59,18 @@ impl Part {
         self
     }
 
+    /// Of a column of times: a sample whose time is kept, how many there are up to the next one, and both times.
+    fn kept(&self, n: usize) -> (f64, f64, [f64; 2]) {
+        let from = (n as u64 * EACH) as f64;
+        (from, ((self.samples - 1) as f64 - from).min(EACH as f64), [self.times_s[n], self.times_s[n + 1]])
+    }
+
     /// The time of a place between samples, s.
     pub(crate) fn time_s(&self, sample: f64) -> f64 {
         let [first_s] = *self.times_s else {
-            let last = (self.times_s.len() - 2) as f64;
-            let n = (sample / EACH as f64).floor().clamp(0.0, last);
-            let (from_s, to_s) = (self.times_s[n as usize], self.times_s[n as usize + 1]);
-            let span = ((self.samples - 1) as f64 - n * EACH as f64).min(EACH as f64);
-            return from_s + (sample - n * EACH as f64) / span * (to_s - from_s);
+            let n = (sample / EACH as f64).floor().clamp(0.0, (self.times_s.len() - 2) as f64);
+            let (from, span, [from_s, to_s]) = self.kept(n as usize);
+            return from_s + (sample - from) / span * (to_s - from_s);
         };
         first_s + sample * self.interval_s
     }
@@ -74,12 +78,8 @@ impl Part {
     /// The place between samples of a time.
     pub(crate) fn sample_at(&self, time_s: f64) -> f64 {
         let [first_s] = *self.times_s else {
-            let n =
-                self.times_s.partition_point(|known_s| *known_s <= time_s).clamp(1, self.times_s.len() - 1)
-                    - 1;
-            let (from_s, to_s) = (self.times_s[n], self.times_s[n + 1]);
-            let from = (n as u64 * EACH) as f64;
-            let span = ((self.samples - 1) as f64 - from).min(EACH as f64);
+            let behind = self.times_s.partition_point(|known_s| *known_s <= time_s);
+            let (from, span, [from_s, to_s]) = self.kept(behind.clamp(1, self.times_s.len() - 1) - 1);
             return from + (time_s - from_s) / (to_s - from_s) * span;
         };
         (time_s - first_s) / self.interval_s

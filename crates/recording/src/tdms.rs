@@ -13,7 +13,6 @@ const DAQMX: &str = "values of DAQmx, which need its scales: save them as number
 const NUMBERS: [&str; 11] = ["", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"];
 const TEXT: u64 = 0x20;
 
-const LONGEST_NAME_BYTES: u64 = 1 << 16;
 const MOST_RUNS: usize = 1 << 20;
 
 /// A channel's values in the chunks of a segment, of which a row of bytes has one of this channel.
@@ -50,7 +49,6 @@ fn numbers(kind: u64, is_big_endian: bool) -> Option<Numbers> {
 fn size(kind: u64) -> Option<u64> {
     match kind {
         0x21 => Some(1),
-        0x08_000c => Some(8),
         11 | 0x1b | 0x44 | 0x10_000d => Some(16),
         _ => numbers(kind, false).map(|numbers| numbers.bytes),
     }
@@ -81,7 +79,7 @@ impl Reader<'_> {
 
     fn text(&mut self) -> Result<String, Problem> {
         let count = self.next(4)?;
-        if count > LONGEST_NAME_BYTES {
+        if count > u16::MAX.into() {
             return self.fault("a text that is too long");
         }
         let bytes = (0..count).map(|_| self.next(1).map(|byte| byte as u8));
@@ -115,12 +113,14 @@ pub(crate) fn open(file: &File) -> Result<Vec<Channel>, Problem> {
     let (mut listed, mut runs): (Vec<usize>, usize) = Default::default();
     let mut from = Reader { file: BufReader::new(file), at: 0, is_big_endian: false };
     while from.at < length {
-        let begin = from.at;
         from.is_big_endian = false;
         let (tag, flags) = (from.next(4)?, from.next(4)?);
         let [has_list, is_new, has_values, is_interleaved, is_big_endian, is_daqmx] =
             [1, 2, 3, 5, 6, 7].map(|bit| flags >> bit & 1 == 1);
         from.is_big_endian = is_big_endian;
+        if tag != u64::from(u32::from_le_bytes(*b"TDSm")) || is_daqmx {
+            return from.fault(if is_daqmx { DAQMX } else { "no segment of TDMS" });
+        }
         let (_version, next, list) = (from.next(4)?, from.next(8)?, from.next(8)?);
         // A program that was stopped has left the length of its last segment open.
         let end = if next == u64::MAX { Some(length) } else { from.at.checked_add(next) };
@@ -128,10 +128,6 @@ pub(crate) fn open(file: &File) -> Result<Vec<Channel>, Problem> {
         let (Some(end), Some(at)) = (end.filter(|end| *end <= length), at) else {
             return from.fault(&format!("a segment that is longer than the file, {length} bytes"));
         };
-        if tag != u64::from(u32::from_le_bytes(*b"TDSm")) || is_daqmx {
-            from.at = begin;
-            return from.fault(if is_daqmx { DAQMX } else { "no segment of TDMS" });
-        }
         if is_new {
             listed.drain(..).for_each(|n: usize| channels[n].is_listed = false);
         }
@@ -194,8 +190,7 @@ pub(crate) fn open(file: &File) -> Result<Vec<Channel>, Problem> {
 /// The channel of a name, `GROUP/CHANNEL`, or all of a group.
 pub(crate) fn array(file: &File, channels: &[Channel], name: &str) -> Opened {
     let is_in = |rest: &str| name.is_empty() || rest.is_empty() || rest.starts_with('/');
-    let is_it = |of: &&Channel| of.name.strip_prefix(name).is_some_and(is_in);
-    let found: Vec<&Channel> = channels.iter().filter(is_it).collect();
+    let found: Vec<_> = channels.iter().filter(|of| of.name.strip_prefix(name).is_some_and(is_in)).collect();
     let Some(Channel { samples, .. }) = found.first() else {
         let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
         return Err(format!("no channel {name:?}; there are {}", names.join(", ")).into());
@@ -219,7 +214,6 @@ pub(crate) fn array(file: &File, channels: &[Channel], name: &str) -> Opened {
                 // Channels that are interleaved have the same rows.
                 if held != rows {
                     bytes.resize((rows.end - rows.start) as usize, 0);
-                    held = 0..0;
                     file.seek(SeekFrom::Start(from))?;
                     file.read_exact(&mut bytes)?;
                     held = rows;

@@ -110,8 +110,8 @@ fn what_claims_more_than_it_holds_is_refused() {
         (any.clone(), "dataset = 'other'", "no such channel; there are 1"),
         (any[..20].to_vec(), "", "a.tdms: byte 20: it ends in a header (accepted: "),
         (any[..500].to_vec(), "", "byte 28: a segment that is longer than the file, 500 bytes"),
-        (vec![0; 40], "", "byte 0: no segment of TDMS"),
-        (changed(4, &[0xee]), "", "byte 0: values of DAQmx, which need its scales"),
+        (vec![0; 40], "", "byte 8: no segment of TDMS"),
+        (changed(4, &[0xee]), "", "byte 8: values of DAQmx, which need its scales"),
         (changed(62, &[0, 0, 0x12, 0x69]), "", "byte 66: values of DAQmx, which need its scales"),
         (changed(32, &[0xff; 4]), "", "byte 36: a text that is too long"),
     ] {

@@ -1,5 +1,5 @@
-//! The pass over a stream, once the scatter of its channels is known: their noise, what is wrong with them, what they read in
-//! short, and the steps of sensors.
+//! The pass over a stream, once the scatter of its channels is known from a few samples: what is wrong with them, what
+//! they read in short, and the steps of sensors.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -179,8 +179,7 @@ fn reduce<'a>(
 }
 
 impl Recording {
-    /// The noise of the channels of a stream by part and channel, for each width of its windows. Only samples that tell it are
-    /// read.
+    /// The noise of the channels of a stream, as [`Heard::noise`]. Only samples that tell it are read.
     fn scatters(
         &self,
         stream: usize,

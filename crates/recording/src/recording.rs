@@ -398,7 +398,7 @@ impl Recording {
         }
     }
 
-    /// The forces by the best of the windows, with their load drops, and their means; given the noise of `F_T` in each part.
+    /// The forces by the best of the windows, with their load drops, and their means, given the noise of `F_T` by part.
     fn forces(
         &self,
         stream: usize,

@@ -20,7 +20,7 @@ const IN_MEMORY: usize = 1 << 24;
 /// Most numbers in a record of traces.
 const MOST_VALUES: usize = 1 << 17;
 
-/// The least, mean and largest of the channels of a stream in each block of samples, in the order in which they were read.
+/// The least, mean and largest of the channels of a stream in each block of samples, in the order of reading.
 #[derive(Debug)]
 pub(crate) struct Signals(Spool);
 

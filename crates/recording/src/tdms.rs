@@ -1,5 +1,5 @@
-//! Channels of TDMS, the format of National Instruments: segments, each with what has changed in the list of channels, then
-//! their values in chunks. The lists are read once, and then the values that are asked for alone.
+//! Channels of TDMS, the format of National Instruments: segments, each with what has changed in the list of channels,
+//! then their values in chunks. The lists are read once, and then only the values that are asked for.
 
 use std::collections::HashMap;
 use std::fs::File;

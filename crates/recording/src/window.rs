@@ -161,7 +161,7 @@ impl Scatter {
     }
 }
 
-/// Of a part with so many samples the indices in one of [`BLOCKS`] whose values tell the scatter: all, or some far apart.
+/// Of a part with so many samples the indices in one of [`BLOCKS`] whose values tell the scatter: all, or some.
 pub(crate) fn counted(samples: u64, width: u64, block: u64) -> Range<u64> {
     let all = (samples + 1).saturating_sub(2 * width);
     let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { (BLOCKS - 1) * VALUES_OF_BLOCK };

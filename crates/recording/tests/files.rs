@@ -132,8 +132,8 @@ fn many_channels_of_an_array_give_what_those_of_a_table_give() {
     assert_eq!(array, table);
 }
 
-/// Arrays in containers, written by h5py, SciPy and npTDMS; any.tdms, which has interleaved values, either order of bytes,
-/// lists kept, laid out anew and appended, and an open end, by hand, and npTDMS reads it.
+/// Arrays in containers, written by h5py, SciPy and npTDMS, which reads any.tdms as well: written by hand, with interleaved
+/// values, either order of bytes, lists that are kept, changed and appended to, and an open end.
 const ARRAYS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/recordings/arrays");
 
 /// A force that rises by 50 N/s and falls by 2 N at each of these times.

@@ -1,5 +1,6 @@
 //! Load drops, and the loads at any time, by straight lines through samples between the ramps of the tangential force.
 
+use std::iter;
 use std::ops::Range;
 
 use asperity_record::LoadDrop;
@@ -158,7 +159,7 @@ impl Forces<'_> {
     pub(crate) fn free(&self, part: usize) -> Vec<Range<u64>> {
         let (mut from, samples) = (0, self.parts[part].samples);
         let taken = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
-        let taken = self.ramps[part].iter().map(taken).chain([samples..samples]);
+        let taken = self.ramps[part].iter().map(taken).chain(iter::once(samples..samples));
         let free = taken.map(|taken| {
             let free = from..taken.start.min(samples);
             from = from.max(taken.end);

@@ -310,7 +310,8 @@ impl Recording {
             told.0.push(of.row(at, [stream, *part], sensor, of_part.missing, all[*n].scale));
         }
         // What may be wrong with a channel of a part, told once for all that have it.
-        let flaws: [(_, _, fn(&OfPart) -> bool); 3] = [
+        type Has = fn(&OfPart) -> bool;
+        let flaws: [(_, _, Has); 3] = [
             ("no noise", "a sensor that works; else name it in dead", |of| of.scatter.sigma == 0.0),
             ("steps between numbers above the noise", "numbers with more digits", |of| of.is_coarse),
             ("events are too dense for the window", "a shorter window", |of| of.scatter.is_dense),

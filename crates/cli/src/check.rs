@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_recording::{Description, Recording};
-use asperity_run::{Checked, OpenLog};
+use asperity_run::{Checked, OpenLog, check_recording};
 use clap::Args;
 
 use crate::exit::{self, Code, Failure};
@@ -71,6 +71,6 @@ fn recorded_again(log: OpenLog, folder: &Path, board: &Board) -> Result<Checked,
         Description::parse(&folder.join("recording.toml"), log.scenario_toml()).and_then(Recording::open);
     let recording = open.map_err(|error| recording::failed(&error))?;
     let mut found = recording::detect(&recording, Recording::read, board)?;
-    let recorded = recording::recorded(&recording, &mut found);
-    Ok(recorded.check(log, recording.records(&mut found, &|| false)))
+    let recorded = recording.recorded(&mut found);
+    Ok(check_recording(recorded, log, recording.records(&mut found, &|| false)))
 }

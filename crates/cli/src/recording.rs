@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use asperity_files::Existing;
 use asperity_record::{Arrival, EventPayload, LoadDrop, Rupture, counted};
 use asperity_recording::{Description, Detected, EXAMPLE, Recording, RecordingError};
-use asperity_run::Recorded;
 use asperity_run::stream::StreamError;
+use asperity_run::write_recording;
 use asperity_runlog::WriteError;
 use asperity_study::Watcher;
 use clap::{Args, Subcommand};
@@ -111,17 +111,6 @@ pub(crate) fn detect(recording: &Recording, pass: Pass, board: &Board) -> Result
     Ok(found)
 }
 
-/// What is written of a recording; its records follow.
-pub(crate) fn recorded(recording: &Recording, found: &mut Detected) -> Recorded {
-    let inputs = std::mem::take(&mut found.inputs);
-    Recorded {
-        header: recording.header(&inputs),
-        toml: recording.description.text.clone(),
-        inputs: inputs.into_iter().map(|(path, input)| (path, input.to_string())).collect(),
-        drops: std::mem::take(&mut found.drops),
-    }
-}
-
 fn open(file: &RecordingFile) -> Result<Recording, Failure> {
     Description::read(&file.file).and_then(Recording::open).map_err(|error| failed(&error))
 }
@@ -148,10 +137,10 @@ fn read(arguments: &ReadArguments, board: &Board) -> Result<(), Failure> {
     fits("--out", out, "mcap", "a log")?;
     let recording = open(file)?;
     let mut found = detect(&recording, Recording::read, board)?;
-    let recorded = recorded(&recording, &mut found);
+    let recorded = recording.recorded(&mut found);
     let existing = if *force { Existing::Replace } else { Existing::Refuse };
     let records = recording.records(&mut found, &interrupt::has_come);
-    let end = recorded.write(out, existing, records).map_err(|error| match error {
+    let end = write_recording(recorded, out, existing, records).map_err(|error| match error {
         StreamError::Source(error) => failed(&error),
         StreamError::Sink(WriteError::File(error)) => refused("--out", &error, true),
         error => Failure::failed(error),

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use asperity_recording::input::{Given, InMemory};
-use asperity_recording::{Description, Recording, RecordingError, Source, npy_head};
-use asperity_run::Recorded;
+use asperity_recording::input::Given;
+use asperity_recording::{Description, Recording, RecordingError, npy_head};
 use asperity_run::stream::StreamError;
+use asperity_run::write_recording;
 use asperity_runlog::Existing;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -61,18 +61,6 @@ impl Seek for Bytes {
     }
 }
 
-impl std::fmt::Debug for Bytes {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", String::from_utf8_lossy(&self.header))
-    }
-}
-
-impl InMemory for Bytes {
-    fn open(&self) -> Box<dyn Source> {
-        Box::new(Bytes { at: 0, ..self.clone() })
-    }
-}
-
 /// An array as the bytes of its file.
 fn in_memory(array: &Bound<'_, PyAny>) -> PyResult<Bytes> {
     let flags = array.getattr("flags")?;
@@ -121,7 +109,7 @@ pub(crate) fn recording(
     for (name, array) in arrays.into_iter().flatten() {
         let name: String = name.extract()?;
         let array = in_memory(&array).map_err(|error| refused(format!("arrays[{name:?}]: {error}")))?;
-        given.insert(name, Arc::new(array));
+        given.insert(name, Arc::new(move || Box::new(array.clone())));
     }
     let name = description.name.clone();
     let callbacks = Callbacks::new(py, &name, progress, stop, THOUSANDTHS)?;
@@ -131,17 +119,11 @@ pub(crate) fn recording(
             watch.done.store(done * THOUSANDTHS / of.max(1), Ordering::Relaxed);
             watch.is_stopped()
         })?;
-        let inputs = std::mem::take(&mut found.inputs);
-        let recorded = Recorded {
-            header: recording.header(&inputs),
-            toml: recording.description.text.clone(),
-            inputs: inputs.into_iter().map(|(path, input)| (path, input.to_string())).collect(),
-            drops: std::mem::take(&mut found.drops),
-        };
+        let recorded = recording.recorded(&mut found);
         let warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
         let stop = || watch.is_stopped();
         let records = recording.records(&mut found, &stop);
-        Ok::<_, RecordingError>((recorded.write(&log, Existing::Refuse, records), warnings))
+        Ok::<_, RecordingError>((write_recording(recorded, &log, Existing::Refuse, records), warnings))
     })?;
     let (written, warnings) = written.map_err(of_recording)?;
     written.map_err(|error| match error {

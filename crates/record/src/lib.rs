@@ -70,7 +70,7 @@ pub use extent::{BoundingBox, Extent, Reach};
 pub use fields::{BulkField, BulkRecord, FieldRecord, SignalRecord, TraceRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 pub use magnitude::magnitude;
-pub use measured::{Estimate, FirstReach, LoadDrop, LoadNoise, Measured, Noise, Sensors};
+pub use measured::{Estimate, FirstReach, LoadDrop, LoadNoise, Measured, Noise, Recorded, Sensors};
 pub use observer::{Notice, Observer};
 pub use parts::{Part, Parts};
 #[doc(hidden)]

@@ -1,9 +1,11 @@
 //! What only recordings of laboratories have, which are measured with errors and noise.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::payload;
+use crate::{RunHeader, payload};
 
 /// The sensors of a recording, each a block.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -43,6 +45,19 @@ impl Sensors {
         let to_m = if self.x_m(sensor + 1).is_some() { self.behind_m(sensor)?[0] } else { self.length_m };
         Some(to_m - if sensor > 1 { self.behind_m(sensor - 1)?[0] } else { 0.0 })
     }
+}
+
+/// What the log of a recording has beside its records.
+#[derive(Debug)]
+pub struct Recorded {
+    /// Its header, without code version and run id.
+    pub header: RunHeader,
+    /// The description of the recording, as TOML.
+    pub toml: String,
+    /// Length and hash of its files, by their paths.
+    pub inputs: BTreeMap<String, String>,
+    /// Its load drops, in order.
+    pub drops: Vec<LoadDrop>,
 }
 
 /// The step that a sensor saw, beside the times of its switches.

@@ -59,7 +59,7 @@ pub struct JunctionTotals {
 }
 
 /// One block that changed between stick and slip at the end of a step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Switch {
     /// The block, counted from 1.
     pub block: u32,
@@ -109,10 +109,11 @@ pub struct SwitchAcross {
 }
 
 /// Which way a block switched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
     /// From stick to slip.
+    #[default]
     Detach,
     /// From slip to stick.
     Attach,

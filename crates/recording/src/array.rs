@@ -8,7 +8,7 @@ use multiversion::multiversion;
 use serde::Deserialize;
 
 use crate::description::{Axis, Stream};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Column, LANES, Samples};
 
 /// Most bytes of arrays of a file that cannot be read piece by piece.
@@ -83,21 +83,20 @@ impl TryFrom<String> for Numbers {
     }
 }
 
+/// Reads samples of channels, numbered from 0, to the beginning of each row of so many numbers.
+pub(crate) type ReadGrid = dyn FnMut(Range<u64>, &[u64], &mut [f64], usize) -> io::Result<()>;
+
 /// An array of one or two dimensions.
-pub(crate) trait Grid {
-    /// How many samples and channels it has.
-    fn sides(&self) -> [u64; 2];
-
+pub(crate) struct Grid {
+    pub(crate) samples: u64,
+    pub(crate) channels: u64,
     /// Whether it holds finite numbers only.
-    fn is_finite(&self) -> bool;
-
-    /// Reads samples of channels, numbered from 0, to the beginning of each row of so many numbers.
-    fn read(&mut self, samples: Range<u64>, channels: &[u64], to: &mut [f64], apart: usize)
-    -> io::Result<()>;
+    pub(crate) is_finite: bool,
+    pub(crate) read: Box<ReadGrid>,
 }
 
 /// An array, or what is wrong with it.
-pub(crate) type Opened = Result<Box<dyn Grid>, Problem>;
+pub(crate) type Opened = Result<Grid, Problem>;
 
 /// Where bytes come from.
 pub trait Source: Read + Seek {}
@@ -154,7 +153,11 @@ impl Stored {
             (sizes, axis) = (sizes.into_iter().rev().collect(), axis.turned());
         }
         let sides = sides(&sizes, axis)?;
-        Ok(Box::new(Stored { source, numbers, at, sides, bytes: Vec::new() }))
+        let [(samples, _), (channels, _)] = sides;
+        let mut stored = Stored { source, numbers, at, sides, bytes: Vec::new() };
+        let read: Box<ReadGrid> =
+            Box::new(move |samples, channels, to, apart| stored.read(samples, channels, to, apart));
+        Ok(Grid { samples, channels, is_finite: numbers.are_integers, read })
     }
 
     /// Reads so many numbers from one on, behind so many that were read.
@@ -163,16 +166,6 @@ impl Stored {
         self.bytes.resize(read + count, 0);
         self.source.seek(SeekFrom::Start(self.at + from * self.numbers.bytes))?;
         self.source.read_exact(&mut self.bytes[read..])
-    }
-}
-
-impl Grid for Stored {
-    fn sides(&self) -> [u64; 2] {
-        self.sides.map(|(count, _)| count)
-    }
-
-    fn is_finite(&self) -> bool {
-        self.numbers.are_integers
     }
 
     fn read(
@@ -215,7 +208,7 @@ impl Grid for Stored {
 pub(crate) struct Arrays {
     path: PathBuf,
     columns: Vec<Column>,
-    grids: Vec<(Box<dyn Grid>, Vec<u64>)>,
+    grids: Vec<(Grid, Vec<u64>)>,
     samples: u64,
     next: u64,
     /// Whether numbers may not be finite, and must.
@@ -231,12 +224,12 @@ impl Arrays {
         columns: &[Column],
         find: &mut dyn FnMut(&str) -> Opened,
     ) -> Result<Arrays, RecordingError> {
-        let mut grids: Vec<(Box<dyn Grid>, Vec<u64>)> = Vec::new();
+        let mut grids: Vec<(Grid, Vec<u64>)> = Vec::new();
         let mut opened = None;
         for column in columns {
             let refused = |problem: Problem| {
                 let accepted = "arrays of integers or floating-point numbers, of one or two dimensions";
-                InputFault::new(shown, Place::File, problem.to_string(), accepted).of(column)
+                InputFault::new(shown, "", problem.to_string(), accepted).of(column, None)
             };
             let dataset = stream.dataset.as_deref().unwrap_or("*");
             let (name, number) = match column {
@@ -248,20 +241,20 @@ impl Arrays {
                 opened = Some(name);
             }
             let (grid, channels) = grids.last_mut().expect("it was opened");
-            let count = grid.sides()[1];
+            let count = grid.channels;
             let channel = number.unwrap_or(if count == 1 { 1 } else { 0 });
             if !(1..=count).contains(&channel) {
                 return Err(refused(format!("no such channel; there are {count}").into()).into());
             }
             channels.push(channel - 1);
         }
-        let lengths: Vec<u64> = grids.iter().map(|(grid, _)| grid.sides()[0]).collect();
+        let lengths: Vec<u64> = grids.iter().map(|(grid, _)| grid.samples).collect();
         if !lengths.iter().all(|length| *length == lengths[0]) {
             let problem = format!("arrays of {lengths:?} samples");
-            return Err(InputFault::new(shown, Place::File, problem, "arrays of equal length").into());
+            return Err(InputFault::new(shown, "", problem, "arrays of equal length").into());
         }
         let (path, columns) = (shown.to_owned(), columns.to_vec());
-        let are_judged = stream.missing.is_none() && !grids.iter().all(|(grid, _)| grid.is_finite());
+        let are_judged = stream.missing.is_none() && !grids.iter().all(|(grid, _)| grid.is_finite);
         Ok(Arrays { path, columns, grids, samples: lengths[0], next: 0, are_judged })
     }
 }
@@ -274,14 +267,14 @@ impl Samples for Arrays {
         let read = &mut block.numbers()[before * apart..];
         let mut place = 0;
         for (grid, channels) in self.grids.iter_mut().filter(|_| count > 0) {
-            grid.read(self.next..self.next + count, channels, &mut read[place..], apart).map_err(
+            (grid.read)(self.next..self.next + count, channels, &mut read[place..], apart).map_err(
                 |error| {
                     let problem = match error.kind() {
                         io::ErrorKind::UnexpectedEof => "it ends here".to_owned(),
                         _ => error.to_string(),
                     };
                     let accepted = "a sound file that does not change while it is read";
-                    InputFault::new(&self.path, Place::Sample(self.next), problem, accepted)
+                    InputFault::new(&self.path, format!(": sample {}", self.next), problem, accepted)
                 },
             )?;
             place += channels.len();
@@ -292,9 +285,9 @@ impl Samples for Arrays {
             && read.chunks(64).any(has_any)
             && let Some(at) = read.iter().position(|value| !value.is_finite())
         {
-            let (place, value) = (Place::Sample(self.next + (at / apart) as u64), read[at]);
+            let (place, value) = (self.place(self.next + (at / apart) as u64), read[at]);
             let fault = InputFault::new(&self.path, place, "not a finite number", "a finite number");
-            return Err(fault.of(&self.columns[at % apart]).with(Some(value.to_string())).into());
+            return Err(fault.of(&self.columns[at % apart], Some(&value.to_string())).into());
         }
         self.next += count;
         Ok(count as usize)

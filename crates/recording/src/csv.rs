@@ -8,7 +8,7 @@ use asperity_files::ShortLines;
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::description::Stream;
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Column, Samples};
 
 /// Of these the first that a heading contains separates its cells, if no other is given.
@@ -37,11 +37,11 @@ pub(crate) struct Csv {
 }
 
 impl Csv {
-    /// Opens columns of a table that is described by a stream; that of starts has the usual form.
+    /// Opens columns of a table that is described by a stream.
     pub(crate) fn open(
         file: File,
         shown: &Path,
-        stream: Option<&Stream>,
+        stream: &Stream,
         columns: &[Column],
     ) -> Result<Csv, RecordingError> {
         let io = RecordingError::io(shown);
@@ -52,24 +52,23 @@ impl Csv {
             lines += u64::from(source.read_until(b'\n', &mut line).map_err(&io)? > 0);
             Ok(line)
         };
-        for _ in 0..stream.map_or(0, |stream| stream.skip_rows) {
+        for _ in 0..stream.skip_rows {
             line()?;
         }
         let (mut comment, mut heading) = (None, line()?);
         // Spreadsheets mark a text as Unicode.
         heading.drain(..if heading.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 });
         if heading.starts_with(b"\xff\xfe") || heading.starts_with(b"\xfe\xff") {
-            let fault = InputFault::new(shown, Place::Line(1), "a text in UTF-16", "a text in UTF-8");
+            let fault = InputFault::new(shown, ":1", "a text in UTF-16", "a text in UTF-8");
             return Err(fault.into());
         }
         while let Some(text) = heading.strip_prefix(b"#") {
             comment = Some(text.to_owned());
             heading = line()?;
         }
-        let given = stream.and_then(|stream| stream.delimiter).map(|given| given as u8);
         let delimiter = |heading: &[u8]| {
             let found = || DELIMITERS.into_iter().find(|known| heading.contains(known));
-            given.or_else(found).unwrap_or(b',')
+            stream.delimiter.map(|given| given as u8).or_else(found).unwrap_or(b',')
         };
         // NumPy writes the heading as a comment.
         let is_number = |cell: &[u8]| fast_float2::parse::<f64, _>(cell.trim_ascii()).is_ok();
@@ -97,10 +96,10 @@ impl Csv {
             first_line: 0,
             mark: None,
             may_have_commas: delimiter != b',',
-            is_complete: stream.is_none_or(|stream| stream.missing.is_none()),
+            is_complete: stream.missing.is_none(),
         };
         table.heading = table.row_of_text()?;
-        if stream.is_some_and(|stream| stream.units_row) {
+        if stream.units_row {
             table.units = table.row_of_text()?;
         }
         table.first_line = lines_before + table.reader.position().line();
@@ -111,8 +110,8 @@ impl Csv {
             };
             place.filter(|place| *place < table.heading.len()).ok_or_else(|| {
                 let problem = format!("no such column; there are {}", table.heading.join(", "));
-                let place = Place::Line(lines_before + 1);
-                InputFault::new(shown, place, problem, "a column of the heading").of(column).into()
+                let place = format!(":{}", lines_before + 1);
+                InputFault::new(shown, place, problem, "a column of the heading").of(column, None).into()
             })
         });
         table.columns = found.collect::<Result<_, RecordingError>>()?;
@@ -131,13 +130,13 @@ impl Csv {
     }
 
     /// What is wrong in the current row.
-    fn fault(&self, problem: String, accepted: &'static str) -> Box<InputFault> {
+    fn fault(&self, problem: String, accepted: &'static str) -> InputFault {
         let line = self.lines_before + self.record.position().map_or(0, csv::Position::line);
-        InputFault::new(&self.path, Place::Line(line), problem, accepted)
+        InputFault::new(&self.path, format!(":{line}"), problem, accepted)
     }
 
     /// The number in a cell of the current row, with a decimal comma where all have one.
-    fn number(&mut self, column: usize) -> Result<f64, Box<InputFault>> {
+    fn number(&mut self, column: usize) -> Result<f64, InputFault> {
         let cell = self.record.get(column).unwrap_or_default().trim_ascii();
         let marks = || cell.iter().copied().find(|byte| b".,".contains(byte));
         let mark = if self.may_have_commas { marks() } else { None };
@@ -156,8 +155,9 @@ impl Csv {
             Err(_) if cell.is_empty() => "empty cell",
             Err(_) => "not a number",
         };
-        let value = Some(String::from_utf8_lossy(cell).into_owned()).filter(|text| !text.is_empty());
-        Err(self.fault(problem.to_owned(), "a finite number").of(&self.heading[column]).with(value))
+        let value = String::from_utf8_lossy(cell);
+        let value = Some(&*value).filter(|text| !text.is_empty());
+        Err(self.fault(problem.to_owned(), "a finite number").of(&self.heading[column], value))
     }
 }
 
@@ -181,11 +181,11 @@ impl Samples for Csv {
         Ok(most)
     }
 
-    fn place(&self, sample: u64) -> Place {
-        Place::Line(self.first_line + sample)
+    fn place(&self, sample: u64) -> String {
+        format!(":{}", self.first_line + sample)
     }
 
-    fn unit(&self, channel: usize) -> Option<String> {
-        self.units.get(self.columns[channel]).cloned()
+    fn unit(&self, channel: usize) -> Option<(String, String)> {
+        Some((self.units.get(self.columns[channel])?.clone(), format!(":{}", self.first_line - 1)))
     }
 }

@@ -117,6 +117,10 @@ numbers! {
     Factor = 1.0: "accepted: a number other than 0", |number| number != 0.0;
     /// Any.
     Finite = 0.0: "accepted: a finite number", |_| true;
+    /// Least size of a step, in scatters of the step statistic.
+    Threshold = 6.0: "accepted: a number above 0", |number| number > 0.0;
+    /// As in a scenario.
+    LinkTimeRatio = 100.0: "accepted: a number above 0", |number| number > 0.0;
 }
 
 #[derive(Debug, Deserialize)]
@@ -185,37 +189,30 @@ pub(crate) struct Stream {
     pub(crate) sensors: Vec<Channel>,
 }
 
-/// A format of files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Kind {
-    #[serde(alias = "tsv", alias = "txt")]
-    Csv,
-    Npy,
-    Npz,
-    #[serde(alias = "h5", alias = "tpc5")]
-    Hdf5,
-    Mat,
-    #[serde(alias = "bin")]
-    Raw,
+/// Words that a key accepts.
+macro_rules! words {
+    ($($(#[$about:meta])* $Name:ident { $($(#[$of:meta])* $Word:ident $(= $byte:literal)?),+ })+) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub(crate) enum $Name {
+            $($(#[$of])* $Word $(= $byte as isize)?),+
+        }
+    )+};
 }
 
-/// What separates cells.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Delimiter {
-    Comma = b',' as isize,
-    Semicolon = b';' as isize,
-    Tab = b'\t' as isize,
-    Space = b' ' as isize,
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Axis {
-    ChannelsFirst,
-    #[default]
-    SamplesFirst,
+words! {
+    /// A format of files.
+    Kind {
+        #[serde(alias = "tsv", alias = "txt")] Csv, Npy, Npz, #[serde(alias = "h5", alias = "tpc5")] Hdf5, Mat,
+        #[serde(alias = "bin")] Raw, Tdms
+    }
+    /// What separates cells.
+    Delimiter { Comma = b',', Semicolon = b';', Tab = b'\t', Space = b' ' }
+    #[derive(Default)] Axis { ChannelsFirst, #[default] SamplesFirst }
+    Missing { Gap }
+    #[derive(Default)] Gaps { #[default] Refuse, Allow }
+    Resample { Linear }
 }
 
 impl Axis {
@@ -223,26 +220,6 @@ impl Axis {
     pub(crate) fn turned(self) -> Axis {
         if self == Axis::SamplesFirst { Axis::ChannelsFirst } else { Axis::SamplesFirst }
     }
-}
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Missing {
-    Gap,
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Gaps {
-    #[default]
-    Refuse,
-    Allow,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Resample {
-    Linear,
 }
 
 /// A column of times: of samples in their own file, of the starts of segments in another.
@@ -295,29 +272,18 @@ struct Array {
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct Detection {
     array: Option<Spanned<String>>,
     pub(crate) window_s: Option<Positive>,
     pub(crate) force_window_s: Option<Positive>,
-    threshold: Option<Positive>,
+    pub(crate) threshold: Threshold,
     /// In the unit of the array.
-    pub(crate) least_step: Option<FromZero>,
-    pub(crate) least_drop_n: Option<FromZero>,
-    link_time_ratio: Option<Positive>,
+    pub(crate) least_step: FromZero,
+    pub(crate) least_drop_n: FromZero,
+    pub(crate) link_time_ratio: LinkTimeRatio,
     /// Whether the log has the samples about each rupture; by default it has.
     pub(crate) traces: Option<bool>,
-}
-
-impl Detection {
-    /// Least size of a step, in scatters of the step statistic.
-    pub(crate) fn threshold(&self) -> f64 {
-        self.threshold.map_or(6.0, |threshold| threshold.0)
-    }
-
-    pub(crate) fn link_time_ratio(&self) -> f64 {
-        self.link_time_ratio.map_or(100.0, |ratio| ratio.0)
-    }
 }
 
 impl TryFrom<Value> for Column {
@@ -526,30 +492,48 @@ fn resolve(file: &Path, text: &str, written: Written) -> Result<Description, Ref
 
 fn stream(spanned: Spanned<Stream>, length_m: f64) -> Result<Stream, Refused> {
     let (at, mut stream) = (spanned.span().start, spanned.into_inner());
-    let (file, is_raw) = (&stream.file, stream.kind() == Some(Kind::Raw));
-    let kinds = "csv, npy, npz, hdf5, mat, raw; or kind says which";
-    must(stream.kind().is_some(), at, format_args!("file = {file:?} (accepted: {kinds})"))?;
-    let has_numbers = [stream.numbers.is_some(), stream.channels_in_file.is_some()] == [is_raw; 2];
-    must(has_numbers, at, "raw needs numbers and channels_in_file, and only it has them")?;
+    let (file, kind) = (&stream.file, stream.kind());
+    let (is_raw, is_table) = (kind == Some(Kind::Raw), kind == Some(Kind::Csv));
     let of_tables = stream.units_row || stream.skip_rows > 0 || stream.delimiter.is_some();
     let of_arrays = stream.dataset.is_some() || stream.axis == Axis::ChannelsFirst;
-    let is_alien = if stream.kind() == Some(Kind::Csv) { of_arrays } else { of_tables };
-    let owners =
-        "units_row, skip_rows and delimiter are of csv, dataset and axis of arrays, skip_bytes of raw";
-    must(!is_alien && (is_raw || stream.skip_bytes == 0), at, owners)?;
-    let is_even = stream.missing.is_none() || stream.resample.is_none();
-    must(is_even, at, "resample would fill the gaps of missing (accepted: one of both)")?;
-    must(stream.time.is_some() != stream.rate_hz.is_some(), at, "a stream has one of time and rate_hz")?;
-    let units = [&stream.time, &stream.starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
-    let are_times = units.into_iter().all(|unit| unit.quantity == Quantity::Time);
-    must(are_times, at, "a unit of another kind (accepted: s, ms, us, ns)")?;
+    let is_alien = if is_table { of_arrays } else { of_tables } || stream.skip_bytes > 0 && !is_raw;
     let [has_starts, has_rate] = [stream.starts.is_some(), stream.rate_hz.is_some()];
-    let is_fit = file.contains('*') == has_starts && (has_rate || !has_starts);
-    must(is_fit, at, "segments (a * in file) need starts and rate_hz, and only they have starts")?;
+    let units = [&stream.time, &stream.starts].into_iter().flatten().filter_map(|time| time.unit.as_ref());
     let mut places_m = stream.channel.iter().filter_map(|channel| channel.x_m);
-    let problem = format!("a channel beside the slider (accepted: x_m from 0 to {length_m})");
-    must(places_m.all(|x_m| (0.0..=length_m).contains(&x_m)), at, problem)?;
-    must(stream.array.len() < 2, at, "a second array (accepted: one in a stream)")?;
+    for (is_fit, problem) in [
+        (
+            kind.is_some(),
+            &*format!("file = {file:?} (accepted: csv, npy, npz, hdf5, mat, tdms, raw; or kind says which)"),
+        ),
+        (
+            [stream.numbers.is_some(), stream.channels_in_file.is_some()] == [is_raw; 2],
+            "raw needs numbers and channels_in_file, and only it has them",
+        ),
+        (
+            !is_alien,
+            "units_row, skip_rows and delimiter are of csv, dataset and axis of arrays, skip_bytes of raw",
+        ),
+        (
+            stream.missing.is_none() || stream.resample.is_none(),
+            "resample would fill the gaps of missing (accepted: one of both)",
+        ),
+        (stream.time.is_some() != has_rate, "a stream has one of time and rate_hz"),
+        (
+            units.into_iter().all(|unit| unit.quantity == Quantity::Time),
+            "a unit of another kind (accepted: s, ms, us, ns)",
+        ),
+        (
+            file.contains('*') == has_starts && (has_rate || !has_starts),
+            "segments (a * in file) need starts and rate_hz, and only they have starts",
+        ),
+        (
+            places_m.all(|x_m| (0.0..=length_m).contains(&x_m)),
+            &format!("a channel beside the slider (accepted: x_m from 0 to {length_m})"),
+        ),
+        (stream.array.len() < 2, "a second array (accepted: one in a stream)"),
+    ] {
+        must(is_fit, at, problem)?;
+    }
     if let Some(array) = stream.array.pop() {
         stream.sensors = sensors(array, length_m)?;
     }

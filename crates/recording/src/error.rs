@@ -24,7 +24,7 @@ pub enum RecordingError {
     Interrupted,
     /// A file holds what is not accepted.
     #[error(transparent)]
-    Input(#[from] Box<InputFault>),
+    Input(#[from] InputFault),
 }
 
 impl RecordingError {
@@ -39,73 +39,40 @@ impl RecordingError {
     }
 }
 
-/// What is wrong with a value in a file of samples.
+/// What is wrong in a file of samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputFault {
-    /// The file.
-    pub file: PathBuf,
-    /// Where in it.
-    pub place: Place,
-    /// Name or number of the column or channel.
-    pub column: Option<String>,
-    /// The value, as it is written.
-    pub value: Option<String>,
-    /// What is wrong.
-    pub problem: String,
-    /// What is accepted.
-    pub accepted: &'static str,
+    file: PathBuf,
+    /// Where in it: `:LINE`, `: sample N`, or nothing.
+    place: String,
+    /// Column or channel, and the value.
+    of: String,
+    problem: String,
+    accepted: &'static str,
 }
 
 impl InputFault {
     pub(crate) fn new(
         file: &Path,
-        place: Place,
+        place: impl Into<String>,
         problem: impl Into<String>,
         accepted: &'static str,
-    ) -> Box<InputFault> {
-        let (file, problem) = (file.to_owned(), problem.into());
-        Box::new(InputFault { file, place, column: None, value: None, problem, accepted })
+    ) -> InputFault {
+        let (file, place, problem) = (file.to_owned(), place.into(), problem.into());
+        InputFault { file, place, of: String::new(), problem, accepted }
     }
 
-    pub(crate) fn of(mut self: Box<InputFault>, column: impl fmt::Display) -> Box<InputFault> {
-        self.column = Some(column.to_string());
-        self
+    /// In a column, with a value as it is written: both as long as a file makes them.
+    pub(crate) fn of(self, column: impl fmt::Display, value: Option<&str>) -> InputFault {
+        let value = value.map_or(String::new(), |value| format!(" = {value:.200}"));
+        InputFault { of: format!("{column:.200}{value}: "), ..self }
     }
-
-    pub(crate) fn with(mut self: Box<InputFault>, value: Option<String>) -> Box<InputFault> {
-        self.value = value;
-        self
-    }
-}
-
-/// Where a value stands in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// Anywhere in it.
-    File,
-    /// A line, from 1.
-    Line(u64),
-    /// A sample, from 0.
-    Sample(u64),
 }
 
 impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let InputFault { file, place, column, value, problem, accepted } = self;
-        write!(f, "{}", file.display())?;
-        match place {
-            Place::File => {}
-            Place::Line(line) => write!(f, ":{line}")?,
-            Place::Sample(sample) => write!(f, ": sample {sample}")?,
-        }
-        write!(f, ": ")?;
-        // Names and values may be as long as a file makes them.
-        match (column, value) {
-            (Some(column), Some(value)) => write!(f, "{column:.200} = {value:.200}: ")?,
-            (Some(column), None) => write!(f, "{column:.200}: ")?,
-            _ => {}
-        }
-        write!(f, "{problem:.1000} (accepted: {accepted})")
+        let InputFault { file, place, of, problem, accepted } = self;
+        write!(f, "{}{place}: {of}{problem:.1000} (accepted: {accepted})", file.display())
     }
 }
 

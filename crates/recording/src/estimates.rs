@@ -7,10 +7,10 @@
 use asperity_detect::{RuptureTracker, Slipped};
 use asperity_record::{Estimate, FirstReach, LoadDrop, Row};
 
-use crate::description::{Channel, Role};
+use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::line::Line;
-use crate::pass::{Progress, Ranges};
+use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
 use crate::window::{MAD_TO_SIGMA, median};
 
@@ -30,7 +30,7 @@ const FEWEST_POINTS: usize = 4;
 type Value = [f64; 2];
 
 /// Means of time, `F_T`, `F_T / F_N`, load point, and load point less slip of the pushed end; NaN of what is not measured.
-type Means = [f64; 5];
+pub(crate) type Means = [f64; 5];
 const TIME: usize = 0;
 const FORCE: usize = 1;
 const RATIO: usize = 2;
@@ -82,6 +82,36 @@ pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     is_fit.then(|| [[a, a_error], [b / a, (b_error / a).hypot(b * a_error / (a * a))]])
 }
 
+/// Means over so many samples of the forces and what belongs to them.
+#[derive(Default)]
+pub(crate) struct Averager {
+    each: u64,
+    count: u64,
+    means: Vec<Means>,
+}
+
+impl Averager {
+    /// Of so many samples.
+    pub(crate) fn of(samples: u64) -> Averager {
+        Averager { each: samples.div_ceil(MOST_MEANS).max(1), ..Averager::default() }
+    }
+
+    /// Adds the next sample.
+    pub(crate) fn add(&mut self, measured: Means) {
+        if self.count.is_multiple_of(self.each) {
+            self.means.push([0.0; 5]);
+        }
+        let mean = self.means.last_mut().expect("one is begun");
+        mean.iter_mut().zip(measured).for_each(|(mean, of)| *mean += of / self.each as f64);
+        self.count += 1;
+    }
+
+    /// The whole ones.
+    fn means(&self) -> &[Means] {
+        &self.means[..(self.count / self.each.max(1)) as usize]
+    }
+}
+
 impl Recording {
     /// The ruptures that the step records show, numbered as in the log, in order of their onsets.
     pub(crate) fn ruptures(&self, found: &Detected) -> Vec<Slipped> {
@@ -94,21 +124,21 @@ impl Recording {
         ruptures
     }
 
-    /// Rows of what steps and load drops tell. The forces and the shear gauges are read once more.
+    /// Rows of what steps and load drops tell. The shear gauges are read once more.
     pub(crate) fn estimates(
         &self,
         found: &Detected,
-        progress: &mut Progress<'_>,
+        averager: &Averager,
     ) -> Result<Vec<Row>, RecordingError> {
         let (step, grid, drops, x_m) =
             (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
         let ruptures = self.ruptures(found);
         let global = ruptures.iter().position(|rupture| rupture.blocks.len() == x_m.len());
-        let means = self.means(progress)?;
-        let (velocity, mut rows) = (slope(&means, TIME, POINT), Vec::new());
+        let means = averager.means();
+        let (velocity, mut rows) = (slope(means, TIME, POINT), Vec::new());
         let speed = velocity.map(|[speed, _]| speed);
         let exceeds_mean = |drop: &&LoadDrop| {
-            let before = drop.ft_fn_before.zip(sliding(&means, drop.onset_s, None));
+            let before = drop.ft_fn_before.zip(sliding(means, drop.onset_s, None));
             before.is_some_and(|(before, [mean, _])| before > mean)
         };
         let from_s = match self.description.contacts {
@@ -137,9 +167,9 @@ impl Recording {
         let rate = median_of(drops.iter().map(|drop| drop.loading_rate_n_per_s).collect());
         let numbers = [
             ("drive_velocity_m_per_s", velocity),
-            ("drive_stiffness_n_per_m", slope(&means, STRETCH, FORCE)),
+            ("drive_stiffness_n_per_m", slope(means, STRETCH, FORCE)),
             ("system_stiffness_n_per_m", rate.zip(speed).map(|(rate, speed)| rate.map(|of| of / speed))),
-            ("dynamic_coefficient", from_s.and_then(|from_s| sliding(&means, from_s, speed))),
+            ("dynamic_coefficient", from_s.and_then(|from_s| sliding(means, from_s, speed))),
             ("dynamic_coefficient_first_reach", by_reach),
             ("tilt", tilt),
             ("static_coefficient", median_of(self.shear_ratios(&ruptures)?)),
@@ -149,39 +179,6 @@ impl Recording {
             Some(Row::new(Estimate { step, time_s, number, value, error }))
         }));
         Ok(rows)
-    }
-
-    /// The forces and what belongs to them; empty without forces.
-    fn means(&self, progress: &mut Progress<'_>) -> Result<Vec<Means>, RecordingError> {
-        let Some(stream) = self.description.forces else { return Ok(Vec::new()) };
-        let (mut channels, places) = self.force_channels(stream);
-        let is_end = |channel: &&Channel| channel.role == Role::Slip && channel.x_m == Some(0.0);
-        let end = self.description.streams[stream].channel.iter().find(is_end);
-        let end_place = end.map(|_| channels.len());
-        channels.extend(end);
-        let (normal_n, parts) = (self.description.slider.normal_force_n, &self.streams[stream].parts);
-        let each = parts.iter().map(|part| part.samples).sum::<u64>().div_ceil(MOST_MEANS);
-        let (mut means, mut count): (Vec<Means>, u64) = (Vec::new(), 0);
-        self.pass(stream, &channels, 0, progress, &mut |part, first, rows, _| {
-            for sample in first..rows.end() {
-                let stored = rows.block.sample((sample - rows.first) as usize);
-                let si = |place: usize| channels[place].si(stored[place]);
-                let [force, normal, point] = places.map(|place| place.map(si));
-                let [force, point] = [force, point].map(|of| of.unwrap_or(f64::NAN));
-                let ratio = force / normal.or(normal_n.map(|load| load.0)).unwrap_or(f64::NAN);
-                let stretch = point - end_place.map_or(f64::NAN, si);
-                if count.is_multiple_of(each) {
-                    means.push([0.0; 5]);
-                }
-                let measured = [parts[part].time_s(sample as f64), force, ratio, point, stretch];
-                let mean = means.last_mut().expect("one is begun");
-                mean.iter_mut().zip(measured).for_each(|(mean, of)| *mean += of / each as f64);
-                count += 1;
-            }
-            Ok(())
-        })?;
-        means.truncate((count / each.max(1)) as usize);
-        Ok(means)
     }
 
     /// At each arrival the largest shear just before, by a gauge at the sensor, over the normal load that it reads.

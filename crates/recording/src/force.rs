@@ -1,12 +1,13 @@
 //! Load drops, and the loads at any time, by straight lines through samples between the ramps of the tangential force.
 
+use std::iter;
 use std::ops::Range;
 
 use asperity_record::LoadDrop;
 
 use crate::description::Channel;
 use crate::line::Line;
-use crate::noise::OfPart;
+use crate::noise::{OfPart, plateaus};
 use crate::pick::{Finders, Search};
 use crate::ramp::Ramp;
 use crate::samples::Rows;
@@ -28,9 +29,9 @@ pub(crate) struct Forces<'a> {
     pub(crate) parts: &'a [Part],
     pub(crate) ramps: Vec<Vec<Ramp>>,
     pub(crate) searches: Vec<Search>,
-    /// The channels that are read, and which of them is `F_T`, and `F_N` and the load point if they are recorded.
+    /// The channels that are read, and which of them is `F_T`, and `F_N`, the load point and the pushed end if recorded.
     pub(crate) channels: Vec<&'a Channel>,
-    pub(crate) places: [Option<usize>; 3],
+    pub(crate) places: [Option<usize>; 4],
     pub(crate) normal_force_n: Option<f64>,
     pub(crate) noise: Vec<OfPart>,
     pub(crate) finder: Finders,
@@ -39,15 +40,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) judged: usize,
 }
 
-/// Samples of a range of a part.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Request {
-    pub(crate) part: usize,
-    pub(crate) samples: Range<u64>,
-}
-
 /// Loads at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Loads {
     pub(crate) driving_force_n: f64,
     pub(crate) normal_load_n: f64,
@@ -99,7 +93,7 @@ impl Forces<'_> {
         }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
         self.finder.extend(rows, FORCE, is_last, &mut |_, ramp| {
-            if !noise.touches_clips(rows, FORCE, &ramp) {
+            if !noise.is_clipped_at(plateaus(rows, FORCE, &ramp)) {
                 ramps.push(ramp);
             }
         });
@@ -161,47 +155,56 @@ impl Forces<'_> {
         })
     }
 
-    /// The samples that tell the loads at a time.
-    pub(crate) fn near(&self, time_s: f64, side: Side) -> Request {
-        let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
-        let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
-        let (part, _) = nearest.expect("a stream has a part");
-        let (of, ramps, width) = (&self.parts[part], &self.ramps[part], self.searches[part].width);
-        let place = of.sample_at(time_s);
-        let last = of.samples - 1;
-        // Samples that belong to a ramp.
-        let skipped = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
-        let samples = match side {
-            Side::Before => {
-                let mut at = ((place - 1.0).floor().max(0.0) as u64).min(last);
-                let earlier = ramps.partition_point(|ramp| skipped(ramp).start <= at);
-                let mut earlier = ramps[..earlier].iter().rev().map(skipped).peekable();
-                while let Some(skipped) = earlier.next_if(|skipped| skipped.contains(&at)) {
-                    at = skipped.start.saturating_sub(1);
-                }
-                let least = earlier.peek().map_or(0, |skipped| skipped.end);
-                (at + 1).saturating_sub(width).max(least)..at + 1
-            }
-            Side::Behind => {
-                let mut at = ((place + 1.0).ceil().max(0.0) as u64).min(last);
-                let later = ramps.partition_point(|ramp| skipped(ramp).end <= at);
-                let mut later = ramps[later..].iter().map(skipped).peekable();
-                while let Some(skipped) = later.next_if(|skipped| skipped.contains(&at)) {
-                    at = skipped.end.min(last);
-                }
-                let most = later.peek().map_or(of.samples, |skipped| skipped.start);
-                at..(at + width).min(most).max(at + 1)
-            }
-        };
-        Request { part, samples }
+    /// The stretches of a part between the samples that belong to its ramps.
+    pub(crate) fn free(&self, part: usize) -> Vec<Range<u64>> {
+        let (mut from, samples) = (0, self.parts[part].samples);
+        let taken = |ramp: &Ramp| (ramp.begin.floor() as u64).saturating_sub(1)..ramp.end.ceil() as u64 + 2;
+        let taken = self.ramps[part].iter().map(taken).chain(iter::once(samples..samples));
+        let free = taken.map(|taken| {
+            let free = from..taken.start.min(samples);
+            from = from.max(taken.end);
+            free
+        });
+        free.filter(|free| !free.is_empty()).collect()
     }
 
-    /// The loads at a time by the samples of its request.
-    pub(crate) fn loads(&self, time_s: f64, side: Side, request: &Request, rows: &Rows<'_>) -> Loads {
-        let place = self.parts[request.part].sample_at(time_s);
+    /// The part, and the samples of it, that tell the loads at a time, given what is free in each.
+    pub(crate) fn near(&self, time_s: f64, side: Side, free: &[Vec<Range<u64>>]) -> (usize, Range<u64>) {
+        let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
+        let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+        let (part, of) = nearest.expect("a stream has a part");
+        let (width, free, last, place) =
+            (self.searches[part].width, &free[part], of.samples - 1, of.sample_at(time_s));
+        let samples = match side {
+            Side::Before => {
+                let at = ((place - 1.0).floor().max(0.0) as u64).min(last);
+                let before = free[..free.partition_point(|free| free.start <= at)].last();
+                let Range { start, end } = before.map_or(0..1, |free| free.start..free.end.min(at + 1));
+                end.saturating_sub(width).max(start)..end
+            }
+            Side::Behind => {
+                let at = ((place + 1.0).ceil().max(0.0) as u64).min(last);
+                let behind = free.get(free.partition_point(|free| free.end <= at));
+                let Range { start, end } = behind.map_or(last..last + 1, |free| free.start.max(at)..free.end);
+                start..end.min(start + width)
+            }
+        };
+        (part, samples)
+    }
+
+    /// The loads at a time by samples of a part.
+    pub(crate) fn loads(
+        &self,
+        time_s: f64,
+        side: Side,
+        part: usize,
+        samples: &Range<u64>,
+        rows: &Rows<'_>,
+    ) -> Loads {
+        let place = self.parts[part].sample_at(time_s);
         let at = |which: usize| {
-            let values = self.quantity(which, rows, &request.samples)?;
-            Some(match Line::through(request.samples.start, &values) {
+            let values = self.quantity(which, rows, samples)?;
+            Some(match Line::through(samples.start, &values) {
                 Some(line) => (line.at(place).0, Some(line.at(place).1)),
                 // Too few: the nearest.
                 None if side == Side::Before => (values[values.len() - 1], None),

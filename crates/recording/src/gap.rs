@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Samples};
 
 /// Most parts of a stream.
@@ -10,11 +10,11 @@ pub(crate) const MOST_PARTS: usize = 100_000;
 
 /// Samples that are missing.
 #[derive(Debug, Clone, Copy)]
-pub struct Gap {
+pub(crate) struct Gap {
     /// How many samples before it are not.
-    pub at: u64,
+    pub(crate) at: u64,
     /// How many are missing.
-    pub missing: u64,
+    pub(crate) missing: u64,
 }
 
 /// Samples without those in which a row has no number.
@@ -55,17 +55,17 @@ impl Samples for Gapless {
             }
             if self.gaps.len() > MOST_PARTS {
                 let accepted = "100000 gaps, or a file for each stream";
-                return Err(InputFault::new(&self.path, Place::File, "too many gaps", accepted).into());
+                return Err(InputFault::new(&self.path, "", "too many gaps", accepted).into());
             }
         }
         Ok(block.len() - before)
     }
 
-    fn place(&self, sample: u64) -> Place {
+    fn place(&self, sample: u64) -> String {
         self.samples.place(sample)
     }
 
-    fn unit(&self, channel: usize) -> Option<String> {
+    fn unit(&self, channel: usize) -> Option<(String, String)> {
         self.samples.unit(channel)
     }
 

@@ -2,13 +2,12 @@
 
 use std::fs::File;
 use std::io;
-use std::ops::Range;
 use std::sync::Arc;
 
 use hdf5_reader::error::{ByteOrder, Error};
-use hdf5_reader::{Dataset, Datatype, FileStorage, H5Type, Hdf5File, SliceInfo, SliceInfoElem};
+use hdf5_reader::{Datatype, FileStorage, H5Type, Hdf5File, SliceInfo, SliceInfoElem};
 
-use crate::array::{Grid, Numbers, Opened, Problem, sides};
+use crate::array::{Grid, Numbers, Opened, Problem, ReadGrid, sides};
 use crate::description::Axis;
 
 /// Most bytes of a chunk, of the chunks that are kept, and of what is read at once.
@@ -74,7 +73,7 @@ pub(crate) fn array(file: &Hdf5File, name: &str, axis: Axis, is_matlab: bool) ->
         let names = names.map_or(String::new(), |(_, arrays)| format!("; there are {}", arrays.join(", ")));
         format!("{name:?}: {error}{names}")
     })?;
-    let Numbers { bytes, .. } = numbers(dataset.dtype()).ok_or("no numbers")?;
+    let Numbers { bytes, are_integers, .. } = numbers(dataset.dtype()).ok_or("no numbers")?;
     let sizes = dataset.shape().to_vec();
     let all = sizes.iter().try_fold(bytes, |all, size| all.checked_mul(*size));
     let length = file.storage().len();
@@ -87,31 +86,8 @@ pub(crate) fn array(file: &Hdf5File, name: &str, axis: Axis, is_matlab: bool) ->
         (true, _) => axis.turned(),
         (false, _) => axis,
     };
-    Ok(Box::new(Array { sides: sides(&sizes, axis)?, axis, dataset }))
-}
-
-struct Array {
-    dataset: Dataset,
-    sides: [(u64, u64); 2],
-    axis: Axis,
-}
-
-impl Grid for Array {
-    fn sides(&self) -> [u64; 2] {
-        self.sides.map(|(count, _)| count)
-    }
-
-    fn is_finite(&self) -> bool {
-        numbers(self.dataset.dtype()).is_some_and(|numbers| numbers.are_integers)
-    }
-
-    fn read(
-        &mut self,
-        samples: Range<u64>,
-        channels: &[u64],
-        to: &mut [f64],
-        apart: usize,
-    ) -> io::Result<()> {
+    let [(samples, _), (channels, _)] = sides(&sizes, axis)?;
+    let read: Box<ReadGrid> = Box::new(move |samples, channels, to, apart| {
         let first = channels.iter().copied().min().unwrap_or_default();
         let across = channels.iter().map(|channel| channel + 1 - first).max().unwrap_or(1);
         let range = |start, count| SliceInfoElem::Slice { start, end: start + count, step: 1 };
@@ -119,12 +95,12 @@ impl Grid for Array {
         for from in samples.clone().step_by(piece as usize) {
             let count = piece.min(samples.end - from);
             let (of_samples, of_channels) = (range(from, count), range(first, across));
-            let (selections, next, between) = match self.axis {
-                _ if self.dataset.ndim() == 1 => (vec![of_samples], 1, 0),
+            let (selections, next, between) = match axis {
+                _ if dataset.ndim() == 1 => (vec![of_samples], 1, 0),
                 Axis::ChannelsFirst => (vec![of_channels, of_samples], 1, count),
                 Axis::SamplesFirst => (vec![of_samples, of_channels], across, 1),
             };
-            let read = self.dataset.read_slice::<Number>(&SliceInfo { selections });
+            let read = dataset.read_slice::<Number>(&SliceInfo { selections });
             let read = read.map_err(io::Error::other)?;
             let to = &mut to[(from - samples.start) as usize * apart..];
             for (n, channel) in channels.iter().enumerate() {
@@ -135,5 +111,6 @@ impl Grid for Array {
             }
         }
         Ok(())
-    }
+    });
+    Ok(Grid { samples, channels, is_finite: are_integers, read })
 }

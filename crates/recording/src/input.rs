@@ -13,10 +13,10 @@ use zip::ZipArchive;
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, Stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Missing, Stream, Time};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::gap::Gapless;
 use crate::samples::{Block, Column, Samples};
-use crate::{hdf5, matlab, npy};
+use crate::{hdf5, matlab, npy, tdms};
 
 /// Bytes that are hashed at once.
 const HASHED_BYTES: u64 = 1 << 24;
@@ -24,33 +24,20 @@ const HASHED_BYTES: u64 = 1 << 24;
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
 
-/// A file of a recording, as it was when it was read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Input {
-    /// Its length.
-    pub bytes: u64,
-    /// BLAKE3 hash of its content, hexadecimal.
-    pub blake3: String,
-}
+/// Length of a file of a recording, and the BLAKE3 hash of its content, hexadecimal.
+pub(crate) type Input = (u64, String);
 
-impl fmt::Display for Input {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} bytes, BLAKE3 {}", self.bytes, self.blake3)
-    }
-}
-
-/// An array of NumPy in memory, as the bytes of its file.
-pub trait InMemory: fmt::Debug + Send + Sync {
-    /// Its bytes, from the first one on.
-    fn open(&self) -> Box<dyn Source>;
-}
-
-/// Arrays that stand for files, by the names of these.
-pub type Given = BTreeMap<String, Arc<dyn InMemory>>;
+/// Arrays of NumPy in memory by the names of the files for which they stand: each gives the bytes of its file.
+pub type Given = BTreeMap<String, Arc<dyn Fn() -> Box<dyn Source> + Send + Sync>>;
 
 /// The folder of a description.
-#[derive(Debug, Clone)]
 pub struct Folder(PathBuf, Given);
+
+impl fmt::Debug for Folder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 impl Folder {
     /// The folder of a file, in which some files are in memory.
@@ -64,7 +51,7 @@ impl Folder {
         let shown = self.0.join(named);
         let outside = || {
             let problem = "it is outside the folder of the recording";
-            InputFault::new(&shown, Place::File, problem, "a file inside, by its path from there")
+            InputFault::new(&shown, "", problem, "a file inside, by its path from there")
         };
         if Path::new(named).components().any(|part| !matches!(part, Component::Normal(_))) {
             return Err(outside().into());
@@ -105,7 +92,7 @@ impl Folder {
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
             let problem = format!("{} files have such names with a number for *", segments.len());
             let file = self.0.join(&stream.file);
-            return Err(InputFault::new(&file, Place::File, problem, "1 to 100000 segments").into());
+            return Err(InputFault::new(&file, "", problem, "1 to 100000 segments").into());
         }
         Ok(segments.into_iter().map(|(_, name)| name).collect())
     }
@@ -125,14 +112,14 @@ impl Folder {
         }
         let samples: Box<dyn Samples> = if let Some(given) = self.1.get(named) {
             let axis = stream.axis;
-            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given.open(), axis))?)
+            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given(), axis))?)
         } else {
             let (file, shown) = self.file(named)?;
             match stream.kind().expect("it was checked") {
-                Kind::Csv => Box::new(Csv::open(file, &shown, Some(stream), &all)?),
+                Kind::Csv => Box::new(Csv::open(file, &shown, stream, &all)?),
                 kind => {
                     let mut find = arrays(kind, file, stream).map_err(|problem| {
-                        InputFault::new(&shown, Place::File, problem.to_string(), "a file as its kind says")
+                        InputFault::new(&shown, "", problem.to_string(), "a file as its kind says")
                     })?;
                     Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
                 }
@@ -147,7 +134,7 @@ impl Folder {
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
         let (file, shown) = self.file(&starts.file)?;
-        let mut table = Csv::open(file, &shown, None, std::slice::from_ref(&starts.column))?;
+        let mut table = Csv::open(file, &shown, &Stream::default(), std::slice::from_ref(&starts.column))?;
         let mut block = Block::new(1);
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -162,7 +149,7 @@ impl Folder {
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str, is_in_vain: &AtomicBool) -> Result<Input, RecordingError> {
         let mut file: Box<dyn Read> = match self.1.get(named) {
-            Some(given) => given.open(),
+            Some(given) => given(),
             None => Box::new(self.file(named)?.0),
         };
         let mut hasher = blake3::Hasher::new();
@@ -175,7 +162,7 @@ impl Folder {
             let read = hasher.update_reader(file.by_ref().take(HASHED_BYTES));
             read.map_err(RecordingError::io(&self.shown(named)))?;
         }
-        Ok(Input { bytes: hasher.count(), blake3: hasher.finalize().to_hex().to_string() })
+        Ok((hasher.count(), hasher.finalize().to_hex().to_string()))
     }
 }
 
@@ -198,6 +185,10 @@ fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> 
         Kind::Mat | Kind::Hdf5 => {
             let file = hdf5::open(file)?;
             Box::new(move |name| hdf5::array(&file, name, axis, kind == Kind::Mat))
+        }
+        Kind::Tdms => {
+            let channels = tdms::open(&file)?;
+            Box::new(move |name| tdms::array(&file, &channels, name))
         }
         Kind::Raw | Kind::Npy | Kind::Csv => Box::new(move |name| {
             if !name.is_empty() {

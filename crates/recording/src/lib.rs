@@ -5,14 +5,14 @@
 //! a unit. An array of sensors along the slider makes its contacts: sensor `j` is block `j`. In reading order:
 //!
 //! - [`Description`]: what a `recording.toml` says; [`Unit`](unit::Unit) converts what stands in files.
-//! - [`Samples`]: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
+//! - `samples`: blocks of numbers of the channels of a file; [`input`] opens files, inside the folder of the
 //!   description only.
 //! - `survey`: the parts of a stream, and when each of their samples was taken.
-//! - `pass`: goes over the samples of a stream, many channels in two halves at once.
-//! - `noise`: the noise of every channel, and what is wrong with it.
+//! - `pass`: goes over the samples of a stream.
+//! - `noise`: the noise of every channel, what is wrong with it, and the steps of sensors.
 //! - `window`, `pick`, `ramp`, `arrival`: steps in a channel, found without a model, each with its errors.
 //! - `force`: load drops, and the loads at any time.
-//! - [`Recording`]: all of it, in two passes over the files, in memory bounded by the window.
+//! - [`Recording`]: all of it, in memory bounded by the window.
 //! - `estimates`: numbers of a model that samples tell.
 //! - `steps`: the step records, one sensor a block.
 //! - `signals`: what all channels read, in short, and the samples about ruptures, for figures.
@@ -75,16 +75,15 @@ mod scenario;
 mod signals;
 mod steps;
 mod survey;
+mod tdms;
 pub mod unit;
 mod window;
 
 pub use array::Source;
 pub use description::{Description, EXAMPLE, Role};
-pub use error::{InputFault, Place, RecordingError};
+pub use error::{InputFault, RecordingError};
 pub use estimates::length_law;
-pub use gap::Gap;
 pub use npy::head as npy_head;
 pub use recording::{Detected, Recording};
 pub use sample::{NOISE, Sampler};
-pub use samples::{Block, Samples};
 pub use scenario::scenario;

@@ -1,20 +1,24 @@
-//! The first pass: the noise of channels, and what is wrong with them.
+//! The pass over a stream, once the scatter of its channels is known from a few samples: what is wrong with them, what
+//! they read in short, and the steps of sensors.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use asperity_record::{LoadNoise, Noise, Row, SignalRecord};
+use asperity_record::{LoadNoise, Measured, Noise, Row};
 use multiversion::multiversion;
 
-use crate::description::Channel;
-use crate::error::{InputFault, Place, RecordingError};
-use crate::pass::Progress;
+use crate::arrival;
+use crate::description::{Channel, Role};
+use crate::error::{InputFault, RecordingError};
+use crate::pass::{Progress, Ranges};
+use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
-use crate::recording::{Detected, Recording, SHORTEST_PART};
+use crate::recording::{Recording, SHORTEST_PART, Told};
 use crate::samples::{LANES, Rows};
 use crate::signals::Signals;
+use crate::steps::SensorStep;
 use crate::survey::Part;
-use crate::window::{Scatter, Values, Window, larger, lesser};
+use crate::window::{BLOCKS, SUMMED, Scatter, Window, counted, larger, lesser};
 
 /// Equal samples in a row at the extreme of a channel that are clipped.
 const CLIPPED: u64 = 3;
@@ -30,28 +34,60 @@ pub(crate) struct OfPart {
     is_coarse: bool,
 }
 
-/// The channels of all parts, each by the widths of its windows.
-pub(crate) type Heard = Vec<Vec<Vec<OfPart>>>;
+/// What is found in a stream.
+pub(crate) struct Heard {
+    /// By part and channel, for each width of its windows.
+    pub(crate) noise: Vec<Vec<Vec<OfPart>>>,
+    pub(crate) signals: Signals,
+    /// Steps of sensors in order of time, and how many were of the other sign.
+    pub(crate) steps: Vec<SensorStep>,
+    pub(crate) others: u64,
+}
 
 impl OfPart {
-    fn of(values: &Values, extremes: &Extremes, lane: usize, width: u64) -> OfPart {
-        let (scatter, runs) = (values.scatter(lane), extremes.runs[lane]);
-        let noise = scatter.noise(width);
-        let is_coarse = noise > 0.0 && extremes.quantum[lane] > noise;
+    /// Learns what the whole part has shown.
+    fn judge(&mut self, extremes: &Extremes, lane: usize) {
+        let (runs, noise) = (extremes.runs[lane], self.scatter.noise(self.width));
+        self.is_coarse = noise > 0.0 && extremes.quantum[lane] > noise;
         // Where steps between numbers may leave equal samples, none is tested.
-        let is_tested = !is_coarse && runs[0].value < runs[1].value;
-        let clips = runs.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
-        OfPart { width, scatter, clips, is_coarse }
+        let is_tested = !self.is_coarse && runs[0].value < runs[1].value;
+        self.clips = runs.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
     }
 
-    /// Whether clipped samples touch a ramp.
-    pub(crate) fn touches_clips(&self, rows: &Rows<'_>, channel: usize, ramp: &Ramp) -> bool {
-        let (begin, end) =
-            ((ramp.begin.floor() as u64).saturating_sub(CLIPPED - 1), ramp.end.ceil() as u64 + CLIPPED);
-        let is_clipped =
-            |run: &[f64]| self.clips.iter().flatten().any(|at| run.iter().all(|value| *value == at.value));
-        rows.of(channel, begin..end).collect::<Vec<f64>>().windows(CLIPPED as usize).any(is_clipped)
+    /// What is looked for, given the least size of a step: without noise and that there is none.
+    pub(crate) fn search(&self, threshold: f64, given: f64, sign: f64, is_force: bool) -> Search {
+        let OfPart { width, scatter, .. } = *self;
+        let least = match threshold * scatter.sigma {
+            0.0 if given == 0.0 => f64::INFINITY,
+            by_noise => by_noise.max(given),
+        };
+        Search { width, scatter, least, sign, is_force }
     }
+
+    /// Whether it is clipped at the least or the largest of these [plateaus](plateaus).
+    pub(crate) fn is_clipped_at(&self, plateaus: [f64; 2]) -> bool {
+        self.clips.iter().zip(plateaus).any(|(clip, plateau)| clip.is_some_and(|clip| clip.value == plateau))
+    }
+
+    /// The row of a sensor, or of the force, in a part that begins at a step.
+    fn row(&self, step: (u64, f64), at: [usize; 2], sensor: Option<u32>, missing: u64, scale: f64) -> Row {
+        let ((step, time_s), window, [stream, part]) = (step, self.width, at.map(|n| n as u64 + 1));
+        let (stream, clipped) = (stream as u32, self.clips.iter().flatten().map(|run| run.clipped).sum());
+        let (median, sigma) = (self.scatter.median * scale, self.scatter.sigma * scale.abs());
+        let (median_n, sigma_n) = (median, sigma);
+        let of_force = LoadNoise { step, time_s, stream, part, window, median_n, sigma_n, clipped, missing };
+        let Some(sensor) = sensor else { return Row::new(of_force) };
+        Row::new(Noise { step, time_s, stream, part, sensor, window, median, sigma, clipped, missing })
+    }
+}
+
+/// The least and the largest value that [`CLIPPED`] samples about a ramp have one after the other; infinite without any.
+pub(crate) fn plateaus(rows: &Rows<'_>, channel: usize, ramp: &Ramp) -> [f64; 2] {
+    let (begin, end) =
+        ((ramp.begin.floor() as u64).saturating_sub(CLIPPED - 1), ramp.end.ceil() as u64 + CLIPPED);
+    let samples = rows.of(channel, begin..end).collect::<Vec<f64>>();
+    let flat = samples.windows(CLIPPED as usize).filter(|run| run.iter().all(|value| *value == run[0]));
+    flat.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], run| [a.min(run[0]), b.max(run[0])])
 }
 
 /// Samples at an extreme.
@@ -72,43 +108,35 @@ impl Run {
 
     /// Adds the next sample, the one with this number.
     fn add(&mut self, value: f64, sample: u64) {
-        if value == self.value {
-            self.length += 1;
-            if self.length == CLIPPED && self.clipped == 0 {
-                self.first = sample + 1 - CLIPPED;
-            }
-            self.clipped += match self.length {
-                CLIPPED => CLIPPED,
-                length => u64::from(length > CLIPPED),
-            };
-        } else {
-            self.length = 0;
+        self.length = if value == self.value { self.length + 1 } else { 0 };
+        if self.length == CLIPPED && self.clipped == 0 {
+            self.first = sample + 1 - CLIPPED;
         }
+        self.clipped += match self.length {
+            CLIPPED => CLIPPED,
+            length => u64::from(length > CLIPPED),
+        };
     }
 }
 
-/// Extremes of some channels, and the least difference between samples that follow each other.
+/// Extremes of channels that lie side by side, and the least difference between samples that follow each other.
 #[derive(Debug)]
 struct Extremes {
     /// Of each channel the least and the largest.
     runs: Vec<[Run; 2]>,
     quantum: [f64; LANES],
     last: [f64; LANES],
-    samples: u64,
 }
 
 impl Extremes {
     fn new(channels: usize) -> Extremes {
         let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels];
-        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [f64::NAN; LANES], samples: 0 }
+        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [f64::NAN; LANES] }
     }
 
-    /// Adds samples. Returns the least, the sum and the largest of them.
-    fn extend<'a>(
-        &mut self,
-        samples: impl ExactSizeIterator<Item = &'a [f64; LANES]> + Clone,
-    ) -> [[f64; LANES]; 3] {
-        let count = samples.len() as u64;
+    /// Adds the samples from one on. Returns the least, the sum and the largest of them.
+    fn extend(&mut self, rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
+        let samples = rows.block.lanes(group, (first - rows.first) as usize);
         let [least, sum, most] = reduce(samples.clone(), &mut self.last, &mut self.quantum);
         for (n, runs) in self.runs.iter_mut().enumerate() {
             let are_beyond = [least[n] < runs[0].value, most[n] > runs[1].value];
@@ -117,13 +145,12 @@ impl Extremes {
                     *run = Run::of(extreme);
                 }
                 if extreme == run.value {
-                    samples.clone().zip(self.samples..).for_each(|(lanes, sample)| run.add(lanes[n], sample));
+                    samples.clone().zip(first..).for_each(|(lanes, sample)| run.add(lanes[n], sample));
                 } else {
                     run.length = 0;
                 }
             }
         }
-        self.samples += count;
         [least, sum, most]
     }
 }
@@ -151,181 +178,170 @@ fn reduce<'a>(
     [least, sum, most]
 }
 
-/// Channels that lie side by side, with windows of each width that one of them has.
-struct Listener {
-    extremes: Extremes,
-    windows: Vec<(Window, Values)>,
-}
-
 impl Recording {
-    /// The first pass over a stream: the noise by part, channel and width of windows, as many as each channel has; and what
-    /// all channels read.
-    pub(crate) fn listen(
+    /// The noise of the channels of a stream, as [`Heard::noise`]. Only samples that tell it are read.
+    fn scatters(
         &self,
         stream: usize,
         widths: &[Vec<u64>],
         progress: &mut Progress<'_>,
-    ) -> Result<(Heard, Signals), RecordingError> {
-        let surveyed = &self.streams[stream];
+    ) -> Result<Vec<Vec<Vec<OfPart>>>, RecordingError> {
+        let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
+        let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
+        let Some(longest) = all.last() else { return Ok(parts) };
+        let mut ranges = Ranges::new(self, stream, self.description.streams[stream].channels().collect());
+        for part in self.order(stream) {
+            let samples = self.streams[stream].parts[part].samples;
+            let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width), Vec::new())).collect();
+            let mut groups: Vec<Vec<(Window, Vec<[f64; LANES]>)>> =
+                widths.chunks(LANES).map(of_group).collect();
+            for block in 0..BLOCKS {
+                let due: Vec<Range<u64>> = all.iter().map(|width| counted(samples, *width, block)).collect();
+                let from = due.iter().map(|of| of.start / SUMMED * SUMMED).min().unwrap_or_default();
+                let to = due.iter().map(|of| of.end + longest).max().unwrap_or_default();
+                let rows = ranges.rows(part, &(from.saturating_sub(*longest)..to))?;
+                for (group, windows) in groups.iter_mut().enumerate() {
+                    let due = windows.iter_mut().zip(&due);
+                    due.for_each(|((window, values), of)| window.take(&rows, group, of, values));
+                }
+                progress.add(samples * (block + 1) / BLOCKS - samples * block / BLOCKS)?;
+            }
+            for (n, widths) in widths.iter().enumerate() {
+                let its = groups[n / LANES].iter().filter(|(window, _)| widths.contains(&window.width));
+                parts[part][n].extend(its.map(|(window, values)| {
+                    let values: Vec<f64> = values.iter().map(|lanes| lanes[n % LANES]).collect();
+                    let (width, scatter) = (window.width, Scatter::of(&values));
+                    OfPart { width, scatter, clips: [None; 2], is_coarse: false }
+                }));
+            }
+        }
+        Ok(parts)
+    }
+
+    /// Goes through a stream: the noise of its channels by the widths of their windows, as many as each has, what all of
+    /// them read, and the steps of the sensors, if they have a role.
+    pub(crate) fn listen(
+        &self,
+        stream: usize,
+        widths: &[Vec<u64>],
+        role: Option<Role>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Heard, RecordingError> {
+        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
         if let Some(part) = surveyed.parts.iter().position(|part| part.samples < SHORTEST_PART * longest) {
             let problem = format!("part {} has {} samples", part + 1, surveyed.parts[part].samples);
-            let fault =
-                self.fault(stream, part, channels[0], None, problem, "parts of four windows at least");
-            return Err(fault.into());
+            let accepted = "parts of four windows at least";
+            return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
         }
-        let heard = |of: Range<usize>, progress: &mut Progress<'_>| {
-            let (channels, widths) = (&channels[of.clone()], &widths[of]);
-            let (mut signals, mut listeners) = (Signals::new(), Vec::new());
-            let mut parts: Heard = vec![Vec::new(); surveyed.parts.len()];
-            self.pass(stream, channels, 2 * longest, progress, &mut |part, first, rows, is_last| {
-                let of = &surveyed.parts[part];
-                if first == 0 {
-                    let windows = |width: &u64| (Window::new(*width), Values::of(of.samples, *width));
-                    let fresh = |widths: &[Vec<u64>]| {
-                        let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
-                        Listener {
-                            extremes: Extremes::new(widths.len()),
-                            windows: all.iter().map(windows).collect(),
-                        }
-                    };
-                    listeners = widths.chunks(LANES).map(fresh).collect::<Vec<Listener>>();
+        let sensors = role.map_or(0, |_| self.description.streams[stream].sensors.len());
+        let behind = if sensors > 0 { pick::BEHIND * widths[0][0] } else { 0 };
+        let noise = self.scatters(stream, widths, progress)?;
+        let mut found = Heard { noise, signals: Signals::new(), steps: Vec::new(), others: 0 };
+        let (mut listeners, mut steps) = (Vec::new(), Vec::new());
+        self.pass(stream, &channels, behind, progress, &mut |part, first, rows, is_last| {
+            let noise = &mut found.noise[part];
+            if first == 0 {
+                let search = |(noise, channel): (&Vec<OfPart>, &&Channel)| {
+                    let (factor, sign) = (channel.factor.0, channel.role.sign());
+                    let given = detection.least_step.0 / factor.abs();
+                    noise[0].search(detection.threshold.0, given, sign * factor.signum(), false)
+                };
+                let sought: Vec<Search> = noise.iter().zip(&channels).take(sensors).map(search).collect();
+                let mut finders = sought.chunks(LANES).map(Finders::new);
+                let fresh = |channels: &[_]| (Extremes::new(channels.len()), finders.next());
+                listeners = channels.chunks(LANES).map(fresh).collect::<Vec<_>>();
+            }
+            let mut read = Vec::with_capacity(channels.len());
+            for (group, (extremes, finders)) in listeners.iter_mut().enumerate() {
+                let [least, sum, most] = extremes.extend(rows, group, first);
+                for (n, channel) in channels[group * LANES..].iter().take(LANES).enumerate() {
+                    let mean = sum[n] / (rows.end() - first) as f64;
+                    let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
+                    read.push([a.min(b), mean, a.max(b)]);
                 }
-                let mut read = self.signals(stream, part, first, (rows.end() - first) as usize);
-                for (group, Listener { extremes, windows }) in listeners.iter_mut().enumerate() {
-                    let each = SignalRecord::MOST_SAMPLES as usize;
-                    for (record, from) in read.iter_mut().zip((first - rows.first..).step_by(each)) {
-                        let samples = rows.block.lanes(group, from as usize).take(each);
-                        let [least, sum, most] = extremes.extend(samples);
-                        for (n, channel) in channels.iter().skip(group * LANES).take(LANES).enumerate() {
-                            let mean = sum[n] / f64::from(record.samples);
-                            let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
-                            record.least.push(a.min(b));
-                            record.mean.push(mean);
-                            record.largest.push(a.max(b));
-                        }
-                    }
-                    for (window, values) in windows {
-                        values.take(window, rows, group);
-                    }
+                let (Some(finders), Some(role)) = (finders, role) else { continue };
+                finders.extend(rows, group, is_last, &mut |n, ramp| {
+                    let (OfPart { width, scatter, .. }, scale) = (noise[n][0], channels[n].scale);
+                    let places = [arrival::arrival(rows, n, &ramp, width, role), ramp.end];
+                    let [arrival_s, stop_s] = places.map(|place| surveyed.parts[part].time_s(place));
+                    let error_s = arrival::error(&ramp, scatter.noise(width), role) * surveyed.interval_s;
+                    let (step, step_error) = (ramp.size * scale, scatter.sigma * scale.abs());
+                    let measured = Measured { error_s, step, step_error };
+                    let step = SensorStep { sensor: n as u32 + 1, arrival_s, stop_s, measured };
+                    steps.push((step, plateaus(rows, n, &ramp)));
+                });
+            }
+            if is_last {
+                for (n, noise) in noise.iter_mut().enumerate() {
+                    noise.iter_mut().for_each(|noise| noise.judge(&listeners[n / LANES].0, n % LANES));
                 }
-                if is_last {
-                    let of_channel = |(n, widths): (usize, &Vec<u64>)| {
-                        let Listener { extremes, windows } = &listeners[n / LANES];
-                        let of = |(window, values): &(Window, Values)| {
-                            let is_its = widths.contains(&window.width);
-                            is_its.then(|| OfPart::of(values, extremes, n % LANES, window.width))
-                        };
-                        windows.iter().filter_map(of).collect()
-                    };
-                    parts[part] = widths.iter().enumerate().map(of_channel).collect();
-                }
-                read.iter().try_for_each(|record| signals.push(record)).map_err(RecordingError::spool)
-            })?;
-            Ok((parts, signals))
-        };
-        let halves = self.in_halves(stream, channels.len(), progress, heard)?;
-        let joined = halves.into_iter().reduce(|(mut parts, mut signals), (others, other_signals)| {
-            parts.iter_mut().zip(others).for_each(|(part, other)| part.extend(other));
-            signals.join(other_signals);
-            (parts, signals)
-        });
-        Ok(joined.expect("there is one"))
+                let is_clipped = |step: &SensorStep, at| noise[step.sensor as usize - 1][0].is_clipped_at(at);
+                steps.retain(|(step, plateaus)| !is_clipped(step, *plateaus));
+                // An arrival may lie before its part by rounding.
+                steps.sort_by(|(a, _), (b, _)| {
+                    a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
+                });
+                found.steps.extend(steps.drain(..).map(|(step, _)| step));
+                let finders = listeners.iter().filter_map(|(_, finders)| finders.as_ref());
+                found.others += finders.map(Finders::others).sum::<u64>();
+            }
+            found.signals.push(&read).map_err(RecordingError::spool)
+        })?;
+        Ok(found)
     }
 
-    /// Adds the noise of some channels of a stream to what is found, and warnings: by channel, its number and the place of
-    /// its windows.
-    pub(crate) fn report(
-        &self,
-        stream: usize,
-        parts: &[Vec<Vec<OfPart>>],
-        channels: impl Iterator<Item = (usize, usize)> + Clone,
-        found: &mut Detected,
-    ) {
+    /// Adds the noise of channels in parts to what is found, and warnings.
+    pub(crate) fn report(&self, stream: usize, noise: &[(usize, usize, OfPart)], told: &mut Told) {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let all: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = self.description.streams[stream].sensors.len();
-        // What may be wrong with a channel of a part, with those that have it: told once for all.
-        let mut flaws = [
-            ("no noise", "a sensor that works; else name it in dead", Vec::new()),
-            ("steps between numbers above the noise", "numbers with more digits", Vec::new()),
-            ("events are too dense for the window", "a shorter window", Vec::new()),
-        ];
-        for (at, of) in parts.iter().enumerate() {
-            for (n, which) in channels.clone() {
-                let OfPart { width: window, scatter, clips, is_coarse } = of[n][which];
-                for run in clips.iter().flatten() {
-                    let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
-                    let accepted = "a range that the signal does not leave";
-                    let fault = self.fault(stream, at, all[n], Some(run.first), problem, accepted);
-                    found.warnings.push(*fault.with(Some(run.value.to_string())));
-                }
-                let has = [scatter.sigma == 0.0, is_coarse, scatter.is_dense];
-                for ((.., with), _) in flaws.iter_mut().zip(has).filter(|(_, has)| *has) {
-                    with.push((at, n));
-                }
-                let step = grid.nearest_step(surveyed.parts[at].first_s());
-                let (time_s, stream, part, missing) =
-                    (grid.time_s(step), stream as u32 + 1, at as u64 + 1, surveyed.parts[at].missing);
-                let (median, sigma) = (scatter.median * all[n].scale, scatter.sigma * all[n].scale.abs());
-                let clipped = clips.iter().flatten().map(|run| run.clipped).sum();
-                found.rows.push(if n < sensors {
-                    let sensor = n as u32 + 1;
-                    Row::new(Noise {
-                        step,
-                        time_s,
-                        stream,
-                        part,
-                        sensor,
-                        window,
-                        median,
-                        sigma,
-                        clipped,
-                        missing,
-                    })
-                } else {
-                    let (median_n, sigma_n) = (median, sigma);
-                    Row::new(LoadNoise {
-                        step,
-                        time_s,
-                        stream,
-                        part,
-                        window,
-                        median_n,
-                        sigma_n,
-                        clipped,
-                        missing,
-                    })
-                });
+        for (part, n, of) in noise {
+            for run in of.clips.iter().flatten() {
+                let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
+                let accepted = "a range that the signal does not leave";
+                let at = Some((run.first, run.value));
+                told.1.push(self.fault(stream, *part, all[*n], at, problem, accepted));
             }
+            let (of_part, sensor) = (&surveyed.parts[*part], (*n < sensors).then_some(*n as u32 + 1));
+            let step = grid.nearest_step(of_part.first_s());
+            let at = (step, grid.time_s(step));
+            told.0.push(of.row(at, [stream, *part], sensor, of_part.missing, all[*n].scale));
         }
-        for (problem, accepted, with) in flaws {
-            let Some((part, n)) = with.first().copied() else { continue };
-            let all_parts = channels.clone().count() * parts.len();
-            let (part_number, count) = (part + 1, with.len());
-            let problem =
-                format!("{problem}, in part {part_number} and in {count} of {all_parts} channels of parts");
-            found.warnings.push(*self.fault(stream, part, all[n], None, problem, accepted));
+        // What may be wrong with a channel of a part, told once for all that have it.
+        type Has = fn(&OfPart) -> bool;
+        let flaws: [(_, _, Has); 3] = [
+            ("no noise", "a sensor that works; else name it in dead", |of| of.scatter.sigma == 0.0),
+            ("steps between numbers above the noise", "numbers with more digits", |of| of.is_coarse),
+            ("events are too dense for the window", "a shorter window", |of| of.scatter.is_dense),
+        ];
+        for (problem, accepted, has) in flaws {
+            let with: Vec<_> = noise.iter().filter(|(.., of)| has(of)).collect();
+            let Some((part, n, _)) = with.first() else { continue };
+            let (first, count, of) = (part + 1, with.len(), noise.len());
+            let problem = format!("{problem}, in part {first} and in {count} of {of} channels of parts");
+            told.1.push(self.fault(stream, *part, all[*n], None, problem, accepted));
         }
     }
 
-    /// What is wrong with a channel in a part, or with a sample of it.
+    /// What is wrong with a channel in a part, or with a sample of it that has this value.
     pub(crate) fn fault(
         &self,
         stream: usize,
         part: usize,
         channel: &Channel,
-        sample: Option<u64>,
+        at: Option<(u64, f64)>,
         problem: String,
         accepted: &'static str,
-    ) -> Box<InputFault> {
+    ) -> InputFault {
         let (of, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
         let Part { file, from, left_out, .. } = surveyed.parts[part];
         let named = &surveyed.files[file];
         let opened = self.folder.open(of, named, std::slice::from_ref(&channel.column)).ok();
-        let place =
-            opened.zip(sample).map_or(Place::File, |(source, sample)| source.place(from + left_out + sample));
-        InputFault::new(&self.folder.shown(named), place, problem, accepted).of(&channel.column)
+        let place = opened.zip(at).map(|(source, (n, _))| source.place(from + left_out + n));
+        let value = at.map(|(_, value)| value.to_string());
+        InputFault::new(&self.folder.shown(named), place.unwrap_or_default(), problem, accepted)
+            .of(&channel.column, value.as_deref())
     }
 }

@@ -1,16 +1,13 @@
 //! Passes over the samples of a stream, from front to back.
 
 use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 
-use crate::description::{Channel, Kind};
+use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::recording::Recording;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, LANES, Rows, Samples};
-use crate::survey::{BLOCK, Part};
+use crate::samples::{Block, Column, Rows, Samples};
+use crate::survey::BLOCK;
 
 /// How far all passes over the samples have come.
 pub(crate) struct Progress<'a> {
@@ -20,46 +17,24 @@ pub(crate) struct Progress<'a> {
     pub(crate) of: u64,
 }
 
+impl Progress<'_> {
+    /// Adds samples that were read, and asks whether to stop.
+    pub(crate) fn add(&mut self, samples: u64) -> Result<(), RecordingError> {
+        self.done += samples;
+        if (self.watch)(self.done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
+    }
+}
+
 /// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
 type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
 
-/// Reads parts of a stream from front to back.
-pub(crate) struct Source<'a> {
+/// Reads ranges of samples of a stream, whose beginnings ascend in the parts of a file.
+pub(crate) struct Ranges<'a> {
     recording: &'a Recording,
     stream: usize,
     channels: Vec<&'a Channel>,
     /// The file that is open, and its next sample.
     open: Option<(usize, Box<dyn Samples>, u64)>,
-}
-
-impl Source<'_> {
-    /// Adds samples of a part to a block, which do not lie before those read last.
-    fn read(&mut self, part: usize, samples: Range<u64>, block: &mut Block) -> Result<(), RecordingError> {
-        let Source { recording, stream, channels, open } = self;
-        let Part { file, from, .. } = recording.streams[*stream].parts[part];
-        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
-            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
-        }
-        let (_, source, next) = open.as_mut().expect("it was opened");
-        let (start, end) = (from + samples.start, from + samples.end);
-        while *next < end {
-            let is_ahead = *next < start;
-            let wanted = if is_ahead { (start - *next).min(BLOCK as u64) } else { end - start } as usize;
-            let count = if is_ahead { source.skip(wanted, block) } else { source.next(wanted, block) }?;
-            if count < wanted {
-                let problem = format!("{} samples fewer than before", wanted - count);
-                let accepted = "a file that does not change while it is read";
-                return Err(recording.fault(*stream, part, channels[0], None, problem, accepted).into());
-            }
-            *next += count as u64;
-        }
-        Ok(())
-    }
-}
-
-/// Ranges of samples, whose beginnings ascend.
-pub(crate) struct Ranges<'a> {
-    source: Source<'a>,
     part: usize,
     first: u64,
     kept: Block,
@@ -68,8 +43,7 @@ pub(crate) struct Ranges<'a> {
 impl<'a> Ranges<'a> {
     pub(crate) fn new(recording: &'a Recording, stream: usize, channels: Vec<&'a Channel>) -> Ranges<'a> {
         let kept = Block::new(channels.len());
-        let source = Source { recording, stream, channels, open: None };
-        Ranges { source, part: 0, first: 0, kept }
+        Ranges { recording, stream, channels, open: None, part: 0, first: 0, kept }
     }
 
     /// Samples with a range of a part.
@@ -84,27 +58,33 @@ impl<'a> Ranges<'a> {
         }
         let end = self.first + self.kept.len() as u64;
         if samples.end > end {
-            let of = &self.source.recording.streams[self.source.stream].parts[part];
-            let to = samples.end.max(end + BLOCK as u64).min(of.samples);
-            self.source.read(part, end..to, &mut self.kept)?;
+            let of = &self.recording.streams[self.stream].parts[part];
+            self.read(of.from + end..of.from + samples.end.max(end + BLOCK as u64).min(of.samples))?;
         }
         Ok(Rows { first: self.first, block: &self.kept })
     }
-}
 
-/// Does something while another thread does something else, which learns when that is in vain.
-pub(crate) fn at_once<A, B: Send>(
-    one: impl FnOnce() -> Result<A, RecordingError>,
-    other: impl FnOnce(&AtomicBool) -> Result<B, RecordingError> + Send,
-) -> Result<(A, B), RecordingError> {
-    let is_in_vain = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let other = scope.spawn(|| other(&is_in_vain));
-        let one = one();
-        is_in_vain.store(one.is_err(), Ordering::Relaxed);
-        let other = other.join().unwrap_or_else(|panic| resume_unwind(panic));
-        Ok((one?, other?))
-    })
+    /// Adds samples of the file of the part, which do not lie before those read last.
+    fn read(&mut self, samples: Range<u64>) -> Result<(), RecordingError> {
+        let Ranges { recording, stream, channels, open, part, kept, .. } = self;
+        let file = recording.streams[*stream].parts[*part].file;
+        if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
+            *open = Some((file, recording.samples(*stream, file, channels)?, 0));
+        }
+        let (_, source, next) = open.as_mut().expect("it was opened");
+        while *next < samples.end {
+            let ahead = samples.start.saturating_sub(*next).min(BLOCK as u64);
+            let wanted = if ahead > 0 { ahead } else { samples.end - samples.start } as usize;
+            let count = if ahead > 0 { source.skip(wanted, kept) } else { source.next(wanted, kept) }?;
+            if count < wanted {
+                let problem = format!("{} samples fewer than before", wanted - count);
+                let accepted = "a file that does not change while it is read";
+                return Err(recording.fault(*stream, *part, channels[0], None, problem, accepted).into());
+            }
+            *next += count as u64;
+        }
+        Ok(())
+    }
 }
 
 impl Recording {
@@ -118,49 +98,17 @@ impl Recording {
         progress: &mut Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
-        let mut source = Source { recording: self, stream, channels: channels.to_vec(), open: None };
-        let mut block = Block::new(channels.len());
+        let mut ranges = Ranges::new(self, stream, channels.to_vec());
         for part in self.order(stream) {
             let samples = self.streams[stream].parts[part].samples;
-            block.resize(0);
             for first in (0..samples).step_by(BLOCK) {
-                let (end, spare) =
-                    (samples.min(first + BLOCK as u64), (block.len() as u64).saturating_sub(before));
-                // Not each time, so that the rest is seldom moved.
-                block.drop_first(if spare > before / 4 { spare as usize } else { 0 });
-                let from = first - block.len() as u64;
-                source.read(part, first..end, &mut block)?;
-                visit(part, first, &Rows { first: from, block: &block }, end == samples)?;
-                progress.done += end - first;
-                if (progress.watch)(progress.done, progress.of) {
-                    return Err(RecordingError::Interrupted);
-                }
+                let end = samples.min(first + BLOCK as u64);
+                let rows = ranges.rows(part, &(first.saturating_sub(before)..end))?;
+                visit(part, first, &rows, end == samples)?;
+                progress.add(end - first)?;
             }
         }
         Ok(())
-    }
-
-    /// Passes over channels of a stream, in two halves at once if they are many and reading takes less than what follows. `pass`
-    /// returns what it finds in some of them, which does not depend on the others.
-    pub(crate) fn in_halves<T: Send>(
-        &self,
-        stream: usize,
-        channels: usize,
-        progress: &mut Progress<'_>,
-        pass: impl Fn(Range<usize>, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
-    ) -> Result<Vec<T>, RecordingError> {
-        let is_quick = matches!(self.description.streams[stream].kind(), Some(Kind::Npy | Kind::Raw));
-        let half =
-            if is_quick { channels.div_ceil(2).next_multiple_of(LANES).min(channels) } else { channels };
-        if half == channels {
-            return Ok(vec![pass(0..channels, progress)?]);
-        }
-        let other = |is_in_vain: &AtomicBool| {
-            let watch = &mut |_, _| is_in_vain.load(Ordering::Relaxed);
-            pass(half..channels, &mut Progress { watch, done: 0, of: 0 })
-        };
-        let (one, other) = at_once(|| pass(0..half, progress), other)?;
-        Ok(vec![one, other])
     }
 
     fn samples(
@@ -175,7 +123,8 @@ impl Recording {
             Some(time) if stream.resample.is_some() => {
                 let columns: Vec<Column> = [time.column.clone()].into_iter().chain(columns).collect();
                 let samples = self.folder.open(stream, &surveyed.files[file], &columns)?;
-                let unit_s = time.unit_of(samples.as_ref()).map_or(1.0, |unit| unit.scale);
+                let stated = samples.unit(0).map(|(unit, _)| unit);
+                let unit_s = time.unit_or(stated.as_deref()).map_or(1.0, |unit| unit.scale);
                 Ok(Box::new(Resampled::new(samples, channels.len(), surveyed.interval_s / unit_s)))
             }
             _ => self.folder.open(stream, &surveyed.files[file], &columns.collect::<Vec<_>>()),

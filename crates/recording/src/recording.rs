@@ -2,25 +2,26 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::AtomicBool;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use asperity_record::{
-    LoadDrop, MOST_STEPS, Parts, RECORD_SCHEMA_VERSION, Row, RunHeader, Scales, Sensors, StepRecord, TimeGrid,
+    LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Recorded, Row, RunHeader, Scales, Sensors, StepRecord,
+    TimeGrid,
 };
 
-use crate::arrival;
 use crate::description::{Channel, Description, Positive, Role, Stream};
-use crate::error::{InputFault, Place, RecordingError};
-use crate::force::{BEHIND, Forces, Loads, Request, Side};
+use crate::error::{InputFault, RecordingError};
+use crate::estimates::Averager;
+use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
-use crate::pass::{Progress, Ranges, at_once};
-use crate::pick::{self, Finders, Search};
-use crate::samples::{LANES, Rows};
+use crate::pass::{Progress, Ranges};
+use crate::pick::{Finders, Search};
 use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
 use crate::survey::{Part, Surveyed, survey};
-use crate::window::Scatter;
 
 /// Steps of the log per sample of the fastest stream.
 const STEPS_PER_SAMPLE: f64 = 64.0;
@@ -50,14 +51,6 @@ fn width(window_s: Positive, surveyed: &Surveyed) -> u64 {
     ((window_s.0 / surveyed.interval_s).round() as u64).clamp(LEAST_WINDOW, MOST_WINDOW)
 }
 
-/// The least size of a step: without noise there is none, unless it is given.
-fn least(threshold: f64, scatter: &Scatter, given: f64) -> f64 {
-    match threshold * scatter.sigma {
-        0.0 if given == 0.0 => f64::INFINITY,
-        by_noise => by_noise.max(given),
-    }
-}
-
 /// A recording whose streams and parts are known.
 #[derive(Debug)]
 pub struct Recording {
@@ -66,6 +59,9 @@ pub struct Recording {
     pub(crate) folder: Folder,
     pub(crate) streams: Vec<Surveyed>,
 }
+
+/// Rows and warnings of channels.
+pub(crate) type Told = (Vec<Row>, Vec<InputFault>);
 
 /// What was found in a recording.
 #[derive(Debug)]
@@ -77,7 +73,7 @@ pub struct Detected {
     /// What lessens the result.
     pub warnings: Vec<InputFault>,
     /// Length and hash of every file, by their paths; none if nothing but detection was asked for.
-    pub inputs: BTreeMap<String, Input>,
+    pub(crate) inputs: BTreeMap<String, Input>,
     /// Load drops, in order.
     pub drops: Vec<LoadDrop>,
     pub(crate) timeline: Timeline,
@@ -113,40 +109,30 @@ impl Recording {
         let surveyed = description.streams.iter_mut().map(|stream| survey(&folder, stream));
         let streams = surveyed.collect::<Result<Vec<Surveyed>, RecordingError>>()?;
         let recording = Recording { description, folder, streams };
-        let unfit = |problem: String, accepted| {
-            Err(InputFault::new(&recording.description.file, Place::File, problem, accepted).into())
-        };
         let (step_s, last_s) = (recording.step_s(), recording.last_s());
         let first_s = recording.spans().map(|[first_s, _]| first_s).fold(f64::INFINITY, f64::min);
-        if first_s < 0.0 {
-            return unfit(format!("it begins at {first_s} s"), "from 0 s on; see offset_s");
-        }
-        if !step_s.is_normal() || last_s / step_s > MOST_STEPS as f64 {
-            return unfit(format!("{last_s} s in steps of {step_s} s"), "2^53 steps");
-        }
-        for (n, stream) in recording.description.streams.iter().enumerate() {
+        let Description { file, streams, sample_s, contacts, forces, .. } = &recording.description;
+        let overlap = streams.iter().enumerate().find_map(|(n, stream)| {
             let (parts, order) = (&recording.streams[n].parts, recording.order(n));
-            let overlap = |pair: &&[usize]| parts[pair[1]].first_s() <= parts[pair[0]].last_s();
-            if let Some([one, other]) = order.windows(2).find(overlap) {
-                let problem =
-                    format!("{}: parts {} and {} at the same time", stream.name(), one + 1, other + 1);
-                return unfit(problem, "parts of a stream one after the other");
-            }
-        }
-        if let Some(sample_s) =
-            recording.description.sample_s.filter(|sample_s| last_s / sample_s > MOST_SAMPLED)
-        {
-            return unfit(
-                format!("sample_s = {sample_s}"),
-                "an interval of which the recording has a million",
-            );
-        }
-        if let (Some(contacts), Some(forces)) = (recording.description.contacts, recording.description.forces)
-        {
+            let pair = order.windows(2).find(|pair| parts[pair[1]].first_s() <= parts[pair[0]].last_s())?;
+            let [one, other] = [pair[0] + 1, pair[1] + 1];
+            Some(format!("{}: parts {one} and {other} at the same time", stream.name()))
+        });
+        let apart = contacts.zip(*forces).and_then(|(contacts, forces)| {
             let [[a, b], [c, d]] = [contacts, forces].map(|stream| recording.span(stream));
-            if b < c || d < a {
-                return unfit(format!("streams at {a} to {b} s and at {c} to {d} s"), "streams that overlap");
-            }
+            (b < c || d < a).then(|| format!("streams at {a} to {b} s and at {c} to {d} s"))
+        });
+        let is_far = !step_s.is_normal() || last_s / step_s > MOST_STEPS as f64;
+        let many = sample_s.filter(|sample_s| last_s / sample_s > MOST_SAMPLED);
+        let unfit = [
+            ((first_s < 0.0).then(|| format!("it begins at {first_s} s")), "from 0 s on; see offset_s"),
+            (is_far.then(|| format!("{last_s} s in steps of {step_s} s")), "2^53 steps"),
+            (overlap, "parts of a stream one after the other"),
+            (many.map(|s| format!("sample_s = {s}")), "an interval of which the recording has a million"),
+            (apart, "streams that overlap"),
+        ];
+        if let Some((problem, accepted)) = unfit.into_iter().find_map(|(problem, of)| Some((problem?, of))) {
+            return Err(InputFault::new(file, "", problem, accepted).into());
         }
         Ok(recording)
     }
@@ -172,13 +158,9 @@ impl Recording {
 
     /// Length and hash of every file, by their paths.
     fn inputs(&self, is_in_vain: &AtomicBool) -> Result<BTreeMap<String, Input>, RecordingError> {
-        let of_streams = self.streams.iter().flat_map(|stream| &stream.files);
-        let starts = self.description.streams.iter().filter_map(|stream| stream.starts.as_ref());
-        let starts = starts.map(|starts| &starts.file);
-        of_streams
-            .chain(starts)
-            .map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?)))
-            .collect()
+        let starts = self.description.streams.iter().filter_map(|stream| Some(&stream.starts.as_ref()?.file));
+        let all = self.streams.iter().flat_map(|stream| &stream.files).chain(starts);
+        all.map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?))).collect()
     }
 
     /// Lines about the streams, for people.
@@ -197,40 +179,40 @@ impl Recording {
         self.description.streams.iter().zip(&self.streams).map(line).collect()
     }
 
-    /// The header of the log, without code version and run id.
-    pub fn header(&self, inputs: &BTreeMap<String, Input>) -> RunHeader {
+    /// What the log has beside its records; of what was found it takes the load drops.
+    pub fn recorded(&self, found: &mut Detected) -> Recorded {
         let Description { text, name, slider, detection, .. } = &self.description;
+        let inputs = &found.inputs;
         let x_m = self.description.positions_m();
         let mut hasher = blake3::Hasher::new();
         hasher.update(text.as_bytes());
-        for input in inputs.values() {
-            hasher.update(input.blake3.as_bytes());
+        for (_, hash) in inputs.values() {
+            hasher.update(hash.as_bytes());
         }
-        let time_grid = self.time_grid();
-        RunHeader {
+        let header = RunHeader {
             record_schema_version: RECORD_SCHEMA_VERSION,
             scenario: name.clone(),
             scenario_hash: hasher.finalize().to_hex().to_string(),
-            run_id: String::new(),
-            code_version: String::new(),
             parameter_set: "measured".to_owned(),
             solver: "none".to_owned(),
             blocks: x_m.len().max(1) as u32,
             rows: 1,
-            junction_count: 0,
-            flags: Parts::default(),
-            time_step_s: time_grid.step_s(),
-            longest_stable_step_s: None,
+            time_step_s: self.time_grid().step_s(),
             steps: self.last_step(),
             scales: self.scales(),
             sensors: Some(Sensors {
                 length_m: slider.length_m.0,
                 x_m,
                 are_of_slip: self.description.contact_role() == Some(Role::Slip),
-                threshold: detection.threshold(),
-                least_step: detection.least_step.map_or(0.0, |step| step.0),
+                threshold: detection.threshold.0,
+                least_step: detection.least_step.0,
             }),
-        }
+            ..RunHeader::default()
+        };
+        let words =
+            |(path, (bytes, hash)): (&String, &_)| (path.clone(), format!("{bytes} bytes, BLAKE3 {hash}"));
+        let inputs = inputs.iter().map(words).collect();
+        Recorded { header, toml: text.clone(), inputs, drops: std::mem::take(&mut found.drops) }
     }
 
     /// Arrivals are linked over the largest gap.
@@ -242,7 +224,7 @@ impl Recording {
         Scales {
             block_length_m: largest_gap_m,
             block_time_s: largest_gap_m / slider.wave_speed_m_per_s(),
-            link_time_ratio: detection.link_time_ratio(),
+            link_time_ratio: detection.link_time_ratio.0,
             modulus_n_per_m: slider.youngs_modulus_pa.0 * slider.width_m.0,
             interfacial_stiffness_n_per_m: 0.0,
         }
@@ -275,8 +257,15 @@ impl Recording {
     /// # Errors
     /// As that.
     pub fn read(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
-        let (found, inputs) = at_once(|| self.detect(watch), |is_in_vain| self.inputs(is_in_vain))?;
-        Ok(Detected { inputs, ..found })
+        let is_in_vain = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let inputs = scope.spawn(|| self.inputs(&is_in_vain));
+            let found = self.detect(watch);
+            is_in_vain.store(found.is_err(), Ordering::Relaxed);
+            let inputs = inputs.join().unwrap_or_else(|panic| resume_unwind(panic));
+            let found = found?;
+            Ok(Detected { inputs: inputs?, ..found })
+        })
     }
 
     /// Finds steps, load drops and loads. `watch` is told how many samples were read, of how many in all passes, and says
@@ -286,184 +275,113 @@ impl Recording {
     /// If a file cannot be read, or holds something other than finite numbers, or it is stopped.
     pub fn detect(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
         let Description { contacts, forces, detection, .. } = &self.description;
-        let samples = |stream: usize| self.streams[stream].parts.iter().map(|part| part.samples).sum::<u64>();
-        // The forces a third time for estimates.
-        let again = contacts.iter().chain(forces).chain(forces);
-        let of = (0..self.streams.len()).chain(again.copied()).map(samples).sum();
-        let mut progress = Progress { watch, done: 0, of };
+        let passes =
+            |n: usize| 1 + u64::from([contacts, forces].contains(&&Some(n))) + u64::from(*forces == Some(n));
+        let samples =
+            |(n, of): (usize, &Surveyed)| passes(n) * of.parts.iter().map(|part| part.samples).sum::<u64>();
+        let mut progress =
+            Progress { watch, done: 0, of: self.streams.iter().enumerate().map(samples).sum() };
         let window = match (detection.window_s, contacts) {
             (Some(window_s), Some(stream)) => width(window_s, &self.streams[*stream]),
             _ => WINDOW,
         };
         let role = self.description.contact_role();
-        let sample_s = self.description.sample_s.unwrap_or(self.last_s() / SAMPLED);
-        let timeline = |steps| {
-            Timeline::of(steps, role == Some(Role::Slip), self.time_grid(), self.last_step(), sample_s)
-        };
-        let mut found = Detected {
-            rows: Vec::new(),
-            warnings: Vec::new(),
-            inputs: BTreeMap::new(),
-            drops: Vec::new(),
-            timeline: timeline(Vec::new()),
-            loads: Vec::new(),
-            signals: Vec::new(),
-            window,
-            normal_load_n: self.normal_load_n(),
-        };
-        let (mut steps, mut of_drops) = (Vec::new(), None);
+        let (mut told, mut signals) = (Told::default(), Vec::new());
+        let (mut steps, mut of_forces, mut averager) = (Vec::new(), None, Averager::default());
         for (stream, of) in self.description.streams.iter().enumerate() {
-            let is = |which: &Option<usize>| *which == Some(stream);
-            let widths_of = |channel: &Channel, n: usize| match channel.role {
-                _ if n < of.sensors.len() => {
-                    if is(contacts) {
-                        vec![window]
-                    } else {
-                        Vec::new()
-                    }
-                }
+            let role = role.filter(|_| *contacts == Some(stream));
+            let widths = of.channels().enumerate().map(|(n, channel)| match channel.role {
+                _ if n < of.sensors.len() => Vec::from_iter(role.map(|_| window)),
                 Role::TangentialForce => self.force_widths(stream),
                 _ => Vec::new(),
-            };
-            let widths: Vec<Vec<u64>> =
-                of.channels().zip(0..).map(|(channel, n)| widths_of(channel, n)).collect();
-            let (parts, signals) = self.listen(stream, &widths, &mut progress)?;
-            found.signals.push(signals);
-            if let Some(role) = role.filter(|_| is(contacts)) {
-                self.report(stream, &parts, (0..of.sensors.len()).map(|n| (n, 0)), &mut found);
-                steps = self.steps(stream, role, &parts, &mut progress, &mut found)?;
+            });
+            let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &mut progress)?;
+            signals.push(heard.signals);
+            if let Some(role) = role {
+                let all =
+                    (0..heard.noise.len()).flat_map(|part| (0..of.sensors.len()).map(move |n| (part, n)));
+                let noise = all.map(|(part, n)| (part, n, heard.noise[part][n][0]));
+                self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
+                self.warn(stream, role, window, &heard.steps, heard.others, &mut told.1);
+                steps = heard.steps;
             }
-            if is(forces) {
-                let channel = widths.iter().rposition(|widths| !widths.is_empty()).expect("that of F_T");
-                let (which, of_stream) = self.forces(stream, channel, &parts, &mut progress)?;
-                self.report(stream, &parts, [(channel, which)].into_iter(), &mut found);
-                of_drops = Some((stream, of_stream));
+            if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
+                let n = of.sensors.len() + n;
+                let noise: Vec<&[OfPart]> = heard.noise.iter().map(|of| &of[n][..]).collect();
+                let (forces, means) = self.forces(stream, &noise, &mut progress)?;
+                let noise = forces.noise.iter().enumerate().map(|(part, noise)| (part, n, *noise));
+                self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
+                (of_forces, averager) = (Some((stream, forces)), means);
             }
         }
-        found.rows.sort_by_key(|noise| noise.step);
-        found.timeline = timeline(steps);
-        if let Some((stream, mut forces)) = of_drops {
-            found.drops = std::mem::take(&mut forces.drops);
-            found.loads = self.loads(stream, &forces, &found.timeline)?;
+        let (mut rows, warnings) = told;
+        rows.sort_by_key(|noise| noise.step);
+        let (are_slips, grid, last) = (role == Some(Role::Slip), self.time_grid(), self.last_step());
+        let sample_s = self.description.sample_s.unwrap_or(self.last_s() / SAMPLED);
+        let (timeline, inputs) = (Timeline::of(steps, are_slips, grid, last, sample_s), BTreeMap::new());
+        let (mut drops, mut loads, normal_load_n) = (Vec::new(), Vec::new(), self.normal_load_n());
+        if let Some((stream, mut forces)) = of_forces {
+            drops = std::mem::take(&mut forces.drops);
+            loads = self.loads(stream, &forces, &timeline)?;
         }
-        let told = self.estimates(&found, &mut progress)?;
+        let mut found =
+            Detected { rows, warnings, inputs, drops, timeline, loads, signals, window, normal_load_n };
+        let told = self.estimates(&found, &averager)?;
         found.rows.extend(told);
         Ok(found)
     }
 
-    /// The steps of all sensors of the array that makes the contacts.
-    fn steps(
+    /// Warns of what makes steps of an array doubtful, and how many had the other sign.
+    fn warn(
         &self,
         stream: usize,
         role: Role,
-        noise: &[Vec<Vec<OfPart>>],
-        progress: &mut Progress<'_>,
-        found: &mut Detected,
-    ) -> Result<Vec<SensorStep>, RecordingError> {
-        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
-        let channels: Vec<&Channel> = self.description.streams[stream].sensors.iter().collect();
-        let search = |part: usize, n: usize| {
-            let (channel, OfPart { width, scatter, .. }) = (channels[n], noise[part][n][0]);
-            let given = detection.least_step.map_or(0.0, |step| step.0) / channel.factor.0.abs();
-            let least = least(detection.threshold(), &scatter, given);
-            Search { width, scatter, least, sign: role.sign() * channel.factor.0.signum(), is_force: false }
-        };
-        let behind = pick::BEHIND * found.window;
-        let found_in = |sensors: Range<usize>, progress: &mut Progress<'_>| {
-            let mut finders: Vec<Finders> = Vec::new();
-            // With the place of their part in time.
-            let (mut steps, mut nth): (Vec<(usize, SensorStep)>, usize) = (Vec::new(), 0);
-            // Steps of each sensor, and those of the other sign.
-            let (mut counts, mut others) = (vec![0; sensors.len()], 0);
-            let visit = &mut |part: usize, first: u64, rows: &Rows<'_>, is_last: bool| {
-                let of = &surveyed.parts[part];
-                if first == 0 {
-                    let searches: Vec<Search> = sensors.clone().map(|n| search(part, n)).collect();
-                    finders = searches.chunks(LANES).map(Finders::new).collect();
-                }
-                for (group, finders) in finders.iter_mut().enumerate() {
-                    finders.extend(rows, group, is_last, &mut |n, ramp| {
-                        let sensor = sensors.start + n;
-                        let (of_part, scale) = (&noise[part][sensor][0], channels[sensor].scale);
-                        if of_part.touches_clips(rows, n, &ramp) {
-                            return;
-                        }
-                        let OfPart { width, scatter, .. } = of_part;
-                        counts[n] += 1;
-                        steps.push((
-                            nth,
-                            SensorStep {
-                                sensor: sensor as u32 + 1,
-                                arrival_s: of.time_s(arrival::arrival(rows, n, &ramp, *width, role)),
-                                stop_s: of.time_s(ramp.end),
-                                error_s: arrival::error(&ramp, scatter.noise(*width), role)
-                                    * surveyed.interval_s,
-                                size: ramp.size * scale,
-                                size_error: scatter.sigma * scale.abs(),
-                            },
-                        ));
-                    });
-                }
-                if is_last {
-                    others += finders.iter().map(Finders::others).sum::<u64>();
-                    nth += 1;
-                }
-                Ok(())
-            };
-            self.pass(stream, &channels[sensors.clone()], behind, progress, visit)?;
-            Ok((steps, counts, others))
-        };
-        let halves = self.in_halves(stream, channels.len(), progress, found_in)?;
-        let (mut steps, mut counts, mut others) = (Vec::new(), Vec::new(), 0);
-        for (of_half, counts_of_half, others_of_half) in halves {
-            steps.extend(of_half);
-            counts.extend(counts_of_half);
-            others += others_of_half;
-        }
-        // Parts do not overlap, but an arrival may lie before its part by rounding.
-        steps.sort_by(|(part, a), (other, b)| {
-            part.cmp(other).then(a.arrival_s.total_cmp(&b.arrival_s)).then(a.sensor.cmp(&b.sensor))
-        });
-        self.warn(stream, role, &counts, others, found);
-        Ok(steps.into_iter().map(|(_, step)| step).collect())
-    }
-
-    /// Warns of what makes steps of an array doubtful, given how many each sensor has, and how many had the other sign.
-    fn warn(&self, stream: usize, role: Role, counts: &[u64], others: u64, found: &mut Detected) {
+        window: u64,
+        steps: &[SensorStep],
+        others: u64,
+        warnings: &mut Vec<InputFault>,
+    ) {
         /// Steps of both neighbours without which one may be dead.
         const MANY: u64 = 20;
         let (sensors, scales) = (&self.description.streams[stream].sensors, self.scales());
         let interval_s = self.streams[stream].interval_s;
-        let (window_s, link_s, wave_s) =
-            (found.window as f64 * interval_s, scales.link_s(), scales.block_time_s);
-        let mut warn = |is_so: bool, n: usize, problem: String, accepted: &'static str| {
-            if is_so {
-                found.warnings.push(*self.fault(stream, 0, &sensors[n], None, problem, accepted));
-            }
+        let (window_s, link_s, wave_s) = (window as f64 * interval_s, scales.link_s(), scales.block_time_s);
+        let mut counts = vec![0; sensors.len()];
+        steps.iter().for_each(|step| counts[step.sensor as usize - 1] += 1);
+        let mut warn = |n: usize, problem: String, accepted: &'static str| {
+            warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
-        for n in 1..counts.len().max(1) - 1 {
-            let (before, after) = (counts[n - 1], counts[n + 1]);
-            let problem = format!("no step, where the sensors beside it have {before} and {after}");
-            let is_dead = counts[n] == 0 && before.min(after) >= MANY;
-            warn(is_dead, n, problem, "a sensor that works; else name it in dead");
+        for (n, of) in counts.windows(3).enumerate() {
+            if of[1] == 0 && of[0].min(of[2]) >= MANY {
+                let problem = format!("no step, where the sensors beside it have {} and {}", of[0], of[2]);
+                warn(n + 1, problem, "a sensor that works; else name it in dead");
+            }
         }
-        let all: u64 = counts.iter().sum();
-        let is_shear = matches!(role, Role::ShearForce | Role::ShearStrain);
-        let problem = format!("{others} steps of the other sign, beside {all} that fall");
-        warn(is_shear && all > 0 && others >= all, 0, problem, "extents by slip or area, not by shear");
-        let problem = format!("a window of {window_s:.3e} s, where {link_s:.3e} s part ruptures");
-        warn(window_s > link_s, 0, problem, "a shorter window, or a larger link_time_ratio");
-        let problem =
-            format!("an interval of {interval_s:.3e} s; a wave takes {wave_s:.3e} s over the largest gap");
-        warn(interval_s > wave_s, 0, problem, "faster sampling, for speeds of fronts");
+        let all = steps.len() as u64;
+        if matches!(role, Role::ShearForce | Role::ShearStrain) && all > 0 && others >= all {
+            let problem = format!("{others} steps of the other sign, beside {all} that fall");
+            warn(0, problem, "extents by slip or area, not by shear");
+        }
+        if window_s > link_s {
+            let problem = format!("a window of {window_s:.3e} s, where {link_s:.3e} s part ruptures");
+            warn(0, problem, "a shorter window, or a larger link_time_ratio");
+        }
+        if interval_s > wave_s {
+            let problem = format!(
+                "an interval of {interval_s:.3e} s; a wave takes {wave_s:.3e} s over the largest gap"
+            );
+            warn(0, problem, "faster sampling, for speeds of fronts");
+        }
     }
 
-    /// Channels of `F_T`, and of `F_N` and the load point if they are recorded, with their places among those.
-    pub(crate) fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 3]) {
+    /// Channels of `F_T`, and of `F_N`, the load point and the slip of the pushed end if they are recorded, with their
+    /// places among those.
+    fn force_channels(&self, stream: usize) -> (Vec<&Channel>, [Option<usize>; 4]) {
         let mut channels = Vec::new();
-        let places = [Role::TangentialForce, Role::NormalForce, Role::LoadPoint].map(|role| {
-            let channel = self.description.streams[stream].with(role)?;
-            channels.push(channel);
+        let roles = [Role::TangentialForce, Role::NormalForce, Role::LoadPoint, Role::Slip];
+        let places = roles.map(|role| {
+            let is_it = |of: &&Channel| of.role == role && (role != Role::Slip || of.x_m == Some(0.0));
+            channels.push(self.description.streams[stream].channel.iter().find(is_it)?);
             Some(channels.len() - 1)
         });
         (channels, places)
@@ -480,25 +398,21 @@ impl Recording {
         }
     }
 
-    /// The forces and their load drops, and which of the windows they are by; given the noise of `F_T`, a channel of the
-    /// stream.
+    /// The forces by the best of the windows, with their load drops, and their means, given the noise of `F_T` by part.
     fn forces(
         &self,
         stream: usize,
-        channel: usize,
-        noise: &[Vec<Vec<OfPart>>],
+        noise: &[&[OfPart]],
         progress: &mut Progress<'_>,
-    ) -> Result<(usize, Forces<'_>), RecordingError> {
+    ) -> Result<(Forces<'_>, Averager), RecordingError> {
         let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
         let (channels, places) = self.force_channels(stream);
-        let scale = channels[0].scale;
+        let (scale, normal_force_n) = (channels[0].scale, self.description.slider.normal_force_n);
+        let normal_force_n = normal_force_n.map(|load| load.0);
+        let given = detection.least_drop_n.0 / scale.abs();
         let by_width = |which: usize| {
-            let noise: Vec<OfPart> = noise.iter().map(|of| of[channel][which]).collect();
-            let search = |OfPart { width, scatter, .. }: &OfPart| {
-                let given = detection.least_drop_n.map_or(0.0, |drop| drop.0) / scale.abs();
-                let least = least(detection.threshold(), scatter, given);
-                Search { width: *width, scatter: *scatter, least, sign: -scale.signum(), is_force: true }
-            };
+            let noise: Vec<OfPart> = noise.iter().map(|of| of[which]).collect();
+            let search = |of: &OfPart| of.search(detection.threshold.0, given, -scale.signum(), true);
             let searches: Vec<Search> = noise.iter().map(search).collect();
             Forces {
                 parts,
@@ -507,34 +421,36 @@ impl Recording {
                 searches,
                 channels: channels.clone(),
                 places,
-                normal_force_n: self.description.slider.normal_force_n.map(|load| load.0),
+                normal_force_n,
                 noise,
                 drops: Vec::new(),
                 judged: 0,
             }
         };
-        let mut tried: Vec<Forces<'_>> = (0..noise[0][channel].len()).map(by_width).collect();
+        let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
+        let mut averager = Averager::of(parts.iter().map(|part| part.samples).sum());
         self.pass(stream, &channels, BEHIND * longest, progress, &mut |part, first, rows, is_last| {
-            let unloaded = |row: usize| {
-                let mut stored = rows.of(row, first..rows.end());
-                let n = stored.position(|stored| channels[row].si(stored) <= 0.0)? as u64;
-                let problem = "a normal force that is not above 0".to_owned();
-                let sample = Some(first + n);
-                let fault = self.fault(stream, part, channels[row], sample, problem, "a load above 0 N");
-                let value = rows.of(row, first + n..rows.end()).next();
-                Some(fault.with(value.map(|value| value.to_string())))
-            };
-            if let Some(fault) = places[1].and_then(unloaded) {
-                return Err(fault.into());
+            for sample in first..rows.end() {
+                let stored = rows.block.sample((sample - rows.first) as usize);
+                let of = places.map(|place| Some(channels[place?].si(stored[place?])));
+                if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
+                    let problem = "a normal force that is not above 0".to_owned();
+                    let at = Some((sample, stored[1]));
+                    return Err(self
+                        .fault(stream, part, channels[1], at, problem, "a load above 0 N")
+                        .into());
+                }
+                let [force, normal, point, end] =
+                    [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
+                averager.add([parts[part].time_s(sample as f64), force, force / normal, point, point - end]);
             }
             tried.iter_mut().for_each(|forces| forces.extend(part, first, rows, is_last));
             Ok(())
         })?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;
         let chosen = tried.iter().rposition(|forces| forces.drops.len() as f64 >= SHARE_OF_DROPS * most);
-        let chosen = chosen.expect("that with the most is one");
-        Ok((chosen, tried.swap_remove(chosen)))
+        Ok((tried.swap_remove(chosen.expect("that with the most is one")), averager))
     }
 
     /// The loads of all records.
@@ -544,18 +460,15 @@ impl Recording {
         forces: &Forces<'_>,
         timeline: &Timeline,
     ) -> Result<Vec<Loads>, RecordingError> {
-        let request =
-            |(n, (time_s, side)): (usize, (f64, Side))| (forces.near(time_s, side), n, time_s, side);
-        let mut requests: Vec<(Request, usize, f64, Side)> =
-            timeline.wanted().enumerate().map(request).collect();
-        requests.sort_by_key(|(request, n, ..)| (request.part, request.samples.start, *n));
-        let mut ranges = Ranges::new(self, stream, self.force_channels(stream).0);
-        let mut loads = Vec::with_capacity(requests.len());
-        for (request, n, time_s, side) in requests {
-            let rows = ranges.rows(request.part, &request.samples)?;
-            loads.push((n, forces.loads(time_s, side, &request, &rows)));
+        let free: Vec<Vec<Range<u64>>> = (0..forces.parts.len()).map(|part| forces.free(part)).collect();
+        let near = |(time_s, side)| (forces.near(time_s, side, &free), time_s, side);
+        let mut wanted: Vec<_> = timeline.wanted().map(near).enumerate().collect();
+        wanted.sort_by_key(|(n, ((part, samples), ..))| (*part, samples.start, *n));
+        let mut ranges = Ranges::new(self, stream, forces.channels.clone());
+        let mut loads = vec![Loads::default(); wanted.len()];
+        for (n, ((part, samples), time_s, side)) in wanted {
+            loads[n] = forces.loads(time_s, side, part, &samples, &ranges.rows(part, &samples)?);
         }
-        loads.sort_unstable_by_key(|(n, _)| *n);
-        Ok(loads.into_iter().map(|(_, loads)| loads).collect())
+        Ok(loads)
     }
 }

@@ -13,7 +13,7 @@ use asperity_record::{Direction, Observer, Record, Rupture, WindowRecord};
 use toml::{Table, Value};
 
 use crate::description::{Channel, Description, Role};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::input::{Folder, Given};
 use crate::npy;
 use crate::recording::WINDOW;
@@ -83,7 +83,7 @@ impl<'a> Sampler<'a> {
     ) -> Result<Sampler<'a>, RecordingError> {
         let plan = Plan::new(scenario);
         let refused = |problem: String, accepted| -> RecordingError {
-            InputFault::new(&like.file, Place::File, problem, accepted).into()
+            InputFault::new(&like.file, "", problem, accepted).into()
         };
         let is_lost = |channel: &&Channel| {
             matches!(channel.role, Role::Acoustic | Role::ShearStrain) || channel.x_m > Some(plan.length_m)

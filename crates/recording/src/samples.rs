@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::description::Channel;
-use crate::error::{Place, RecordingError};
+use crate::error::RecordingError;
 use crate::gap::Gap;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
@@ -14,7 +14,7 @@ pub(crate) const LANES: usize = 8;
 /// The next samples of some channels: one sample of all channels, then the next one. Behind the last channel lanes are
 /// filled with zeros.
 #[derive(Debug, Clone)]
-pub struct Block {
+pub(crate) struct Block {
     channels: usize,
     /// Of the samples, and room behind them.
     lanes: Vec<[f64; LANES]>,
@@ -23,18 +23,13 @@ pub struct Block {
 
 impl Block {
     /// Without samples.
-    pub fn new(channels: usize) -> Block {
+    pub(crate) fn new(channels: usize) -> Block {
         Block { channels, lanes: Vec::new(), samples: 0 }
     }
 
     /// How many samples each channel has.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.samples
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.samples == 0
     }
 
     /// How many times [`LANES`] channels lie side by side.
@@ -54,7 +49,7 @@ impl Block {
     }
 
     /// Changes the number of samples; new ones have any numbers until they are written.
-    pub fn resize(&mut self, samples: usize) {
+    pub(crate) fn resize(&mut self, samples: usize) {
         let lanes = samples * self.groups();
         if lanes > self.lanes.len() {
             self.lanes.resize(lanes, [0.0; LANES]);
@@ -63,12 +58,12 @@ impl Block {
     }
 
     /// A sample of all channels.
-    pub fn sample(&self, sample: usize) -> &[f64] {
+    pub(crate) fn sample(&self, sample: usize) -> &[f64] {
         &self.lanes.as_flattened()[sample * self.stride()..][..self.channels]
     }
 
     /// Adds a sample, of as many channels as there are, the first ones of those that are given.
-    pub fn push(&mut self, sample: &[f64]) {
+    pub(crate) fn push(&mut self, sample: &[f64]) {
         self.resize(self.len() + 1);
         let (channels, stride) = (self.channels, self.stride());
         let last = self.numbers().rchunks_exact_mut(stride).next().expect("it was added");
@@ -76,7 +71,7 @@ impl Block {
     }
 
     /// A channel from a sample on.
-    pub fn row(&self, channel: usize, from: usize) -> impl ExactSizeIterator<Item = f64> + Clone {
+    pub(crate) fn row(&self, channel: usize, from: usize) -> impl ExactSizeIterator<Item = f64> + Clone {
         self.lanes(channel / LANES, from).map(move |lanes| lanes[channel % LANES])
     }
 
@@ -124,7 +119,7 @@ impl Rows<'_> {
 
 /// Samples of some channels, read once from front to back. Files are one source of them; an array in memory is
 /// another.
-pub trait Samples {
+pub(crate) trait Samples {
     /// Adds the next samples to a block. Returns how many: fewer only at the end.
     ///
     /// # Errors
@@ -143,12 +138,12 @@ pub trait Samples {
     }
 
     /// Where a sample stands, for messages.
-    fn place(&self, sample: u64) -> Place {
-        Place::Sample(sample)
+    fn place(&self, sample: u64) -> String {
+        format!(": sample {sample}")
     }
 
-    /// The unit of a channel, from 0, if the source itself states it.
-    fn unit(&self, _channel: usize) -> Option<String> {
+    /// The unit of a channel, from 0, if the source itself states it, and where.
+    fn unit(&self, _channel: usize) -> Option<(String, String)> {
         None
     }
 

@@ -6,63 +6,33 @@ use std::iter;
 
 use asperity_detect::Slipped;
 use asperity_files::Spool;
-use asperity_record::{BulkRecord, Record, SignalRecord, TraceRecord};
+use asperity_record::{Record, SignalRecord, TraceRecord};
 
 use crate::description::Description;
 use crate::error::RecordingError;
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
+use crate::survey::BLOCK;
 
-/// Bytes of such records in memory, beyond which they go to a file without a name.
+/// Bytes of such numbers in memory, beyond which they go to a file without a name.
 const IN_MEMORY: usize = 1 << 24;
 
 /// Most numbers in a record of traces.
 const MOST_VALUES: usize = 1 << 17;
 
-/// What the channels of a stream read, record by record, as they were made; some channels each.
+/// The least, mean and largest of the channels of a stream in each block of samples, in the order of reading.
 #[derive(Debug)]
-pub(crate) struct Signals(Vec<Spool>);
+pub(crate) struct Signals(Spool);
 
 impl Signals {
     pub(crate) fn new() -> Signals {
-        Signals(vec![asperity_files::spool(IN_MEMORY)])
+        Signals(asperity_files::spool(IN_MEMORY))
     }
 
-    /// Adds what channels behind these read at the same times.
-    pub(crate) fn join(&mut self, others: Signals) {
-        self.0.extend(others.0);
-    }
-
-    pub(crate) fn push(&mut self, record: &SignalRecord) -> io::Result<()> {
-        let message = record.to_message();
-        self.0[0].write_all(&(message.len() as u32).to_le_bytes())?;
-        self.0[0].write_all(&message)
-    }
-
-    /// All of them, in order.
-    fn records(&mut self) -> impl Iterator<Item = io::Result<SignalRecord>> {
-        let rewound: io::Result<()> = self.0.iter_mut().try_for_each(Seek::rewind);
-        let mut spools: Vec<_> = self.0.iter_mut().map(BufReader::new).collect();
-        let read = |spool: &mut BufReader<&mut Spool>| {
-            let mut length = [0; 4];
-            if spool.read(&mut length[..1])? == 0 {
-                return Ok(None);
-            }
-            spool.read_exact(&mut length[1..])?;
-            let mut message = vec![0; u32::from_le_bytes(length) as usize];
-            spool.read_exact(&mut message)?;
-            SignalRecord::of_message(&message).map(Some).map_err(io::Error::other)
-        };
-        let mut next = move || {
-            let all: Option<Vec<SignalRecord>> = spools.iter_mut().map(read).collect::<io::Result<_>>()?;
-            Ok(all.into_iter().flatten().reduce(|mut record, other| {
-                record.least.extend(other.least);
-                record.mean.extend(other.mean);
-                record.largest.extend(other.largest);
-                record
-            }))
-        };
-        rewound.err().map(Err).into_iter().chain(iter::from_fn(move || next().transpose()))
+    /// Adds a block.
+    pub(crate) fn push(&mut self, channels: &[[f64; 3]]) -> io::Result<()> {
+        let bytes: Vec<[u8; 8]> = channels.as_flattened().iter().map(|number| number.to_le_bytes()).collect();
+        self.0.write_all(bytes.as_flattened())
     }
 }
 
@@ -70,31 +40,39 @@ impl Signals {
 type Records<'a> = Box<dyn Iterator<Item = Result<Record, RecordingError>> + 'a>;
 
 impl Recording {
-    /// What will be said of samples from one on, still without numbers.
-    pub(crate) fn signals(
-        &self,
+    /// What all channels of a stream read, block by block.
+    fn signals<'a>(
+        &'a self,
         stream: usize,
-        part: usize,
-        first: u64,
-        samples: usize,
-    ) -> Vec<SignalRecord> {
-        let (of, grid) = (&self.streams[stream].parts[part], self.time_grid());
-        let (stream, part, interval_s) =
-            (stream as u32 + 1, part as u64 + 1, self.streams[stream].interval_s);
-        let record = |at: usize| {
-            let step = grid.nearest_step(of.time_s((first + at as u64) as f64));
-            let samples = (samples - at).min(SignalRecord::MOST_SAMPLES as usize) as u32;
-            SignalRecord {
+        signals: &'a mut Signals,
+    ) -> impl Iterator<Item = io::Result<SignalRecord>> + 'a {
+        let (surveyed, grid) = (&self.streams[stream], self.time_grid());
+        let blocks = self.order(stream).into_iter().flat_map(|part| {
+            (0..surveyed.parts[part].samples).step_by(BLOCK).map(move |first| (part, first))
+        });
+        let (rewound, mut spool) = (signals.0.rewind(), BufReader::new(&mut signals.0));
+        let mut bytes = vec![0; 24 * self.description.streams[stream].channels().count()];
+        let record = move |(part, first): (usize, u64)| {
+            let of = &surveyed.parts[part];
+            let step = grid.nearest_step(of.time_s(first as f64));
+            let mut record = SignalRecord {
                 step,
                 time_s: grid.time_s(step),
-                stream,
-                part,
-                samples,
-                interval_s,
+                stream: stream as u32 + 1,
+                part: part as u64 + 1,
+                samples: (of.samples - first).min(BLOCK as u64) as u32,
+                interval_s: surveyed.interval_s,
                 ..SignalRecord::default()
+            };
+            spool.read_exact(&mut bytes)?;
+            for [least, mean, largest] in bytes.as_chunks().0.as_chunks().0 {
+                record.least.push(f64::from_le_bytes(*least));
+                record.mean.push(f64::from_le_bytes(*mean));
+                record.largest.push(f64::from_le_bytes(*largest));
             }
+            Ok(record)
         };
-        (0..samples).step_by(SignalRecord::MOST_SAMPLES as usize).map(record).collect()
+        rewound.err().map(Err).into_iter().chain(blocks.map(record))
     }
 
     /// All records of the log, in order, until `stop` says to stop.
@@ -109,10 +87,10 @@ impl Recording {
             Box::new(timeline.records(loads, normal_load_n).map(|record| Ok(Record::Step(record)))),
             Box::new(found.rows.iter().map(|row| Ok(Record::Row(row.clone())))),
         ];
-        for signals in &mut found.signals {
-            sources.push(Box::new(
-                signals.records().map(|record| record.map(Record::Signal).map_err(RecordingError::spool)),
-            ));
+        for (stream, signals) in found.signals.iter_mut().enumerate() {
+            let records = self.signals(stream, signals);
+            let record = |record: io::Result<_>| record.map(Record::Signal).map_err(RecordingError::spool);
+            sources.push(Box::new(records.map(record)));
         }
         let Description { contacts, detection, .. } = &self.description;
         if let Some(stream) = contacts.filter(|_| detection.traces != Some(false)) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Direction, Energy, Measured, StepRecord, Switch, TimeGrid};
+use asperity_record::{Direction, Measured, StepRecord, Switch, TimeGrid};
 
 use crate::force::{Loads, Side};
 
@@ -13,11 +13,8 @@ pub(crate) struct SensorStep {
     pub(crate) sensor: u32,
     pub(crate) arrival_s: f64,
     pub(crate) stop_s: f64,
-    /// Standard error of the arrival.
-    pub(crate) error_s: f64,
-    /// In the unit of the sensor.
-    pub(crate) size: f64,
-    pub(crate) size_error: f64,
+    /// With the error of the arrival.
+    pub(crate) measured: Measured,
 }
 
 /// What a sensor does between two steps of the grid.
@@ -53,7 +50,7 @@ impl Timeline {
     ) -> Timeline {
         let mut slides: Vec<Slide> = Vec::with_capacity(steps.len());
         let mut last_of: BTreeMap<u32, usize> = BTreeMap::new();
-        for SensorStep { sensor, arrival_s, stop_s, error_s, size, size_error } in steps {
+        for SensorStep { sensor, arrival_s, stop_s, measured } in steps {
             let begin = grid.nearest_step(arrival_s).max(2);
             let end = grid.nearest_step(stop_s).max(begin + 1);
             let before = last_of.get(&sensor).map(|n| &mut slides[*n]);
@@ -61,14 +58,13 @@ impl Timeline {
                 // It goes on.
                 Some(before) if begin <= before.end => {
                     before.end = end.max(before.end);
-                    before.measured.step += size;
+                    before.measured.step += measured.step;
                     continue;
                 }
                 Some(before) if are_slips => before.displacement_m + before.measured.step,
                 _ => 0.0,
             };
             last_of.insert(sensor, slides.len());
-            let measured = Measured { error_s, step: size, step_error: size_error };
             slides.push(Slide { sensor, begin, end, displacement_m, measured });
         }
         let mut turns: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
@@ -131,12 +127,9 @@ impl Timeline {
                 driving_force_n: loads.driving_force_n,
                 normal_load_n: loads.normal_load_n,
                 ft_fn_error: loads.ratio_error,
-                end_forces_n: None,
-                energy: Energy::default(),
-                junctions: None,
-                peak_velocity_m_per_s: None,
                 sliding,
                 switches: turns.iter().map(|n| self.switch(step, &self.slides[*n])).collect(),
+                ..StepRecord::default()
             };
             sliding = self.sliding(sliding, step, turns);
             record
@@ -151,13 +144,8 @@ impl Timeline {
             block: sensor,
             direction: if detaches { Direction::Detach } else { Direction::Attach },
             displacement_m: displacement_m + if self.are_slips && !detaches { measured.step } else { 0.0 },
-            velocity_m_per_s: 0.0,
-            tangential_force_n: 0.0,
-            stick_position_m: 0.0,
-            threshold_n: 0.0,
-            junctions_slipping: None,
-            across: None,
             measured: Some(measured),
+            ..Switch::default()
         }
     }
 }

@@ -3,7 +3,7 @@
 use asperity_record::SignalRecord;
 
 use crate::description::{Gaps, Stream, Time};
-use crate::error::{InputFault, Place, RecordingError};
+use crate::error::{InputFault, RecordingError};
 use crate::gap::{Gap, MOST_PARTS};
 use crate::input::Folder;
 use crate::resample::Resampled;
@@ -59,14 +59,18 @@ impl Part {
         self
     }
 
+    /// Of a column of times: a sample whose time is kept, how many there are up to the next one, and both times.
+    fn kept(&self, n: usize) -> (f64, f64, [f64; 2]) {
+        let from = (n as u64 * EACH) as f64;
+        (from, ((self.samples - 1) as f64 - from).min(EACH as f64), [self.times_s[n], self.times_s[n + 1]])
+    }
+
     /// The time of a place between samples, s.
     pub(crate) fn time_s(&self, sample: f64) -> f64 {
         let [first_s] = *self.times_s else {
-            let last = (self.times_s.len() - 2) as f64;
-            let n = (sample / EACH as f64).floor().clamp(0.0, last);
-            let (from_s, to_s) = (self.times_s[n as usize], self.times_s[n as usize + 1]);
-            let span = ((self.samples - 1) as f64 - n * EACH as f64).min(EACH as f64);
-            return from_s + (sample - n * EACH as f64) / span * (to_s - from_s);
+            let n = (sample / EACH as f64).floor().clamp(0.0, (self.times_s.len() - 2) as f64);
+            let (from, span, [from_s, to_s]) = self.kept(n as usize);
+            return from_s + (sample - from) / span * (to_s - from_s);
         };
         first_s + sample * self.interval_s
     }
@@ -74,12 +78,8 @@ impl Part {
     /// The place between samples of a time.
     pub(crate) fn sample_at(&self, time_s: f64) -> f64 {
         let [first_s] = *self.times_s else {
-            let n =
-                self.times_s.partition_point(|known_s| *known_s <= time_s).clamp(1, self.times_s.len() - 1)
-                    - 1;
-            let (from_s, to_s) = (self.times_s[n], self.times_s[n + 1]);
-            let from = (n as u64 * EACH) as f64;
-            let span = ((self.samples - 1) as f64 - from).min(EACH as f64);
+            let behind = self.times_s.partition_point(|known_s| *known_s <= time_s);
+            let (from, span, [from_s, to_s]) = self.kept(behind.clamp(1, self.times_s.len() - 1) - 1);
             return from + (time_s - from_s) / (to_s - from_s) * span;
         };
         (time_s - first_s) / self.interval_s
@@ -108,12 +108,12 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
     let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
     let opened = folder.open(stream, &files[0], &columns)?;
     for (n, channel) in stream.sensors.iter_mut().chain(&mut stream.channel).enumerate() {
-        let stated = opened.unit(n);
+        let (stated, place) = opened.unit(n).unzip();
         channel.scale = channel.scale_by(stated.as_deref()).map_err(|problem| {
-            let place = if stated.is_some() { above(opened.place(0)) } else { Place::File };
             let accepted = "a unit of what the channel measures";
-            let fault = InputFault::new(&folder.shown(&files[0]), place, problem, accepted);
-            fault.of(&channel.column).with(stated)
+            let fault =
+                InputFault::new(&folder.shown(&files[0]), place.unwrap_or_default(), problem, accepted);
+            fault.of(&channel.column, stated.as_deref())
         })?;
     }
     let stream = &*stream;
@@ -128,14 +128,14 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             if starts_s.len() != files.len() {
                 let problem = format!("{} starts of {} segments", starts_s.len(), files.len());
                 let file = folder.shown(&stream.file);
-                return Err(InputFault::new(&file, Place::File, problem, "a start for every segment").into());
+                return Err(InputFault::new(&file, "", problem, "a start for every segment").into());
             }
             let part = |(file, start_s): (usize, f64)| {
                 let mut samples = folder.open(stream, &files[file], &columns)?;
                 let all = count(samples.as_mut(), columns.len())?;
                 if all == 0 {
                     let file = folder.shown(&files[file]);
-                    return Err(InputFault::new(&file, Place::File, "no samples", "four windows").into());
+                    return Err(InputFault::new(&file, "", "no samples", "four windows").into());
                 }
                 let at_s = |sample: u64| start_s + stream.offset_s.0 + sample as f64 * interval_s;
                 let (mut found, mut begin, mut left_out, mut missing) = (Vec::new(), 0, 0, 0);
@@ -159,17 +159,10 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
 }
 
 impl Time {
-    /// The unit of the first channel of some samples, which this is the column of.
-    ///
-    /// # Errors
-    /// The unit, if it is none of time.
-    pub(crate) fn unit_of(&self, samples: &dyn Samples) -> Result<Unit, String> {
-        let stated = samples.unit(0);
-        let unit = match &stated {
-            Some(stated) => Unit::of(stated),
-            None => self.unit.clone().or_else(|| Unit::of("s")),
-        };
-        unit.filter(|unit| unit.quantity == Quantity::Time).ok_or_else(|| stated.unwrap_or_default())
+    /// Its unit, given the one that a file states; none if that is none of time.
+    pub(crate) fn unit_or(&self, stated: Option<&str>) -> Option<Unit> {
+        let unit = stated.map_or_else(|| self.unit.clone().or_else(|| Unit::of("s")), Unit::of);
+        unit.filter(|unit| unit.quantity == Quantity::Time)
     }
 }
 
@@ -193,21 +186,22 @@ fn times(
 ) -> Result<(Vec<Part>, f64), RecordingError> {
     let mut samples = folder.open(stream, named, std::slice::from_ref(&time.column))?;
     let mut block = Block::new(1);
-    let fault = |place, value: Option<String>, problem: String, accepted| {
+    let fault = |place: String, value: Option<String>, problem: String, accepted| {
         let fault = InputFault::new(&folder.shown(named), place, problem, accepted);
-        RecordingError::from(fault.of(&time.column).with(value))
+        RecordingError::from(fault.of(&time.column, value.as_deref()))
     };
-    let Unit { name: in_words, scale: unit_s, .. } = time.unit_of(samples.as_ref()).map_err(|stated| {
-        let problem = format!("unit {stated} where a time is due");
-        fault(above(samples.place(0)), Some(stated), problem, "s, ms, us, ns")
-    })?;
+    let (stated, place) = samples.unit(0).unzip();
+    let Some(Unit { name: in_words, scale: unit_s, .. }) = time.unit_or(stated.as_deref()) else {
+        let problem = format!("unit {} where a time is due", stated.as_deref().unwrap_or_default());
+        return Err(fault(place.unwrap_or_default(), stated, problem, "s, ms, us, ns"));
+    };
     samples.next(MOST_INTERVALS + 1, &mut block)?;
     let first: Vec<f64> = block.row(0, 0).collect();
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let interval = crate::window::median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
         let problem = "times that do not ascend".to_owned();
-        return Err(fault(Place::File, None, problem, "two samples, the later behind"));
+        return Err(fault(String::new(), None, problem, "two samples, the later behind"));
     }
     // Times are printed with some digits, of which the last may be off by one.
     let digit = first.iter().map(|time| last_digit(*time)).fold(f64::INFINITY, f64::min);
@@ -232,9 +226,9 @@ fn times(
             gaps += usize::from(missing > 0);
             left_out += missing;
             let step = time - last;
-            let place = samples.place(at + left_out);
+            let place = || samples.place(at + left_out);
             let refused =
-                |problem: String, accepted| Err(fault(place, Some(shown(time, digit)), problem, accepted));
+                |problem: String, accepted| Err(fault(place(), Some(shown(time, digit)), problem, accepted));
             let is_gap = missing > 0 || step > GAP * interval;
             if step <= 0.0 {
                 let problem = if step < 0.0 { "time runs back" } else { "time repeats" };
@@ -272,11 +266,6 @@ fn times(
         parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0, 0) }];
     }
     Ok((parts, interval_s))
-}
-
-/// The place of the row above the first sample.
-fn above(first: Place) -> Place {
-    if let Place::Line(line) = first { Place::Line(line - 1) } else { first }
 }
 
 /// The last decimal place that a number is printed with, up to twelve.

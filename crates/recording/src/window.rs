@@ -4,6 +4,7 @@
 //! `1.4826` times the median of `|S - b|`, its scatter, contains noise of low frequency.
 
 use std::array::from_fn;
+use std::ops::Range;
 
 use multiversion::multiversion;
 
@@ -14,11 +15,11 @@ pub(crate) const MAD_TO_SIGMA: f64 = 1.4826;
 
 /// Sums start anew at multiples of this, so that they do not depend on how samples were read, and rounding errors do
 /// not grow.
-const SUMMED: u64 = 4096;
+pub(crate) const SUMMED: u64 = 4096;
 
 /// Values from which the scatter follows: all of them, or blocks of so many.
 const MOST_VALUES: u64 = 1 << 17;
-const BLOCKS: u64 = 256;
+pub(crate) const BLOCKS: u64 = 256;
 const VALUES_OF_BLOCK: u64 = 512;
 
 /// Runs over the samples of channels that lie side by side.
@@ -35,9 +36,20 @@ impl Window {
         Window { width, next: width, sums: [[0.0; LANES]; 2] }
     }
 
-    /// Goes on to the sums from which the step of an index ahead follows.
-    pub(crate) fn skip_to(&mut self, index: u64) {
-        self.next = self.next.max(index / SUMMED * SUMMED);
+    /// Adds the steps of a range of indices, which is not behind, to values.
+    pub(crate) fn take(
+        &mut self,
+        rows: &Rows<'_>,
+        group: usize,
+        of: &Range<u64>,
+        values: &mut Vec<[f64; LANES]>,
+    ) {
+        self.next = self.next.max(of.start / SUMMED * SUMMED);
+        let mut steps = Vec::new();
+        while self.next < of.end {
+            let first = self.advance(rows, group, of.end, &mut steps);
+            values.extend(steps.iter().skip(of.start.saturating_sub(first) as usize));
+        }
     }
 
     /// Replaces steps by the next ones of a group of channels, up to an index, as far as there are samples. Returns the
@@ -113,16 +125,6 @@ pub(crate) fn extremes(steps: &[[f64; LANES]]) -> [[f64; LANES]; 2] {
     [least, most]
 }
 
-/// Chooses the values from which the scatter follows.
-#[derive(Debug)]
-pub(crate) struct Values {
-    /// Where blocks of values begin that count; none if all do.
-    starts: Vec<u64>,
-    block: usize,
-    values: Vec<[f64; LANES]>,
-    steps: Vec<[f64; LANES]>,
-}
-
 /// Median and scatter of the step statistic, in units as stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scatter {
@@ -133,68 +135,38 @@ pub(crate) struct Scatter {
 }
 
 impl Scatter {
+    /// The scatter of values of one channel.
+    pub(crate) fn of(values: &[f64]) -> Scatter {
+        /// Share of values beyond three scatters, and ratio of the scatters of both halves, of dense events.
+        const FAR_SHARE: f64 = 0.25;
+        const HALVES_RATIO: f64 = 2.0;
+        let median = self::median(&mut values.to_vec());
+        let of = |values: &[f64]| {
+            let mut off: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
+            MAD_TO_SIGMA * self::median(&mut off)
+        };
+        let sigma = of(values);
+        let far = values.iter().filter(|value| (*value - median).abs() > 3.0 * sigma).count();
+        let (first, last) = values.split_at(values.len() / 2);
+        let (first, last) = (of(first), of(last));
+        let is_dense = far as f64 > FAR_SHARE * values.len() as f64
+            || first > HALVES_RATIO * last
+            || last > HALVES_RATIO * first;
+        Scatter { median, sigma, is_dense: is_dense && sigma > 0.0 }
+    }
+
     /// The noise of a sample, by the scatter of the step statistic with windows of so many.
     pub(crate) fn noise(&self, width: u64) -> f64 {
         self.sigma * (width as f64 / 2.0).sqrt()
     }
 }
 
-impl Values {
-    /// Of a part with so many samples.
-    pub(crate) fn of(samples: u64, width: u64) -> Values {
-        let all = (samples + 1).saturating_sub(2 * width);
-        let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { 0 };
-        let blocks = if spread > 0 { BLOCKS } else { 0 };
-        let starts = (0..blocks).map(|block| width + block * spread / (BLOCKS - 1)).collect();
-        Values { starts, block: 0, values: Vec::new(), steps: Vec::new() }
-    }
-
-    /// Adds the values that count of what a window gives.
-    pub(crate) fn take(&mut self, window: &mut Window, rows: &Rows<'_>, group: usize) {
-        loop {
-            let start = self.starts.get(self.block).copied();
-            let end = start.map_or(u64::MAX, |start| start + VALUES_OF_BLOCK);
-            if self.block > 0 && start.is_none() {
-                // All blocks are there: no sample is needed any more.
-                window.next = u64::MAX / 2;
-                return;
-            }
-            window.skip_to(start.unwrap_or_default());
-            loop {
-                let first = window.advance(rows, group, end, &mut self.steps);
-                if self.steps.is_empty() {
-                    break;
-                }
-                let unneeded = start.unwrap_or_default().saturating_sub(first) as usize;
-                self.values.extend(self.steps.iter().skip(unneeded));
-            }
-            if window.next < end {
-                return;
-            }
-            self.block += 1;
-        }
-    }
-
-    /// The scatter of one of the channels.
-    pub(crate) fn scatter(&self, lane: usize) -> Scatter {
-        /// Share of values beyond three scatters, and ratio of the scatters of both halves, of dense events.
-        const FAR_SHARE: f64 = 0.25;
-        const HALVES_RATIO: f64 = 2.0;
-        let values: Vec<f64> = self.values.iter().map(|lanes| lanes[lane]).collect();
-        let of = |values: &[f64], median: f64| {
-            let mut off: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
-            MAD_TO_SIGMA * self::median(&mut off)
-        };
-        let median = self::median(&mut values.clone());
-        let sigma = of(&values, median);
-        let far = values.iter().filter(|value| (*value - median).abs() > 3.0 * sigma).count();
-        let (first, last) = values.split_at(values.len() / 2);
-        let (first, last) = (of(first, median), of(last, median));
-        let is_dense = far as f64 > FAR_SHARE * values.len() as f64
-            || first > HALVES_RATIO * last
-            || last > HALVES_RATIO * first;
-        Scatter { median, sigma, is_dense: is_dense && sigma > 0.0 }
-    }
+/// Of a part with so many samples the indices in one of [`BLOCKS`] whose values tell the scatter: all, or some.
+pub(crate) fn counted(samples: u64, width: u64, block: u64) -> Range<u64> {
+    let all = (samples + 1).saturating_sub(2 * width);
+    let spread = if all > MOST_VALUES { all - VALUES_OF_BLOCK } else { (BLOCKS - 1) * VALUES_OF_BLOCK };
+    let from = block * spread / (BLOCKS - 1);
+    width + from.min(all)..width + (from + VALUES_OF_BLOCK).min(all)
 }
 
 /// The lesser and the larger of two numbers that are some, in a form for which processors have an instruction.
@@ -220,7 +192,7 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Values, Window, median};
+    use super::{Window, counted, median};
     use crate::samples::{Block, LANES, Rows};
 
     /// Passes samples on in pieces, with those of two windows before.
@@ -266,14 +238,16 @@ mod tests {
     fn of_a_long_part_256_blocks_count() {
         let samples: Vec<f64> = (0..(1 << 20) + 12_345).map(|n: u64| (n * n % 1009) as f64 * 0.1).collect();
         let all = steps(&samples, 24, samples.len());
-        let (mut values, mut window) = (Values::of(samples.len() as u64, 24), Window::new(24));
-        pass(&samples, 24, 1000, &mut |rows| values.take(&mut window, rows, 0));
-        assert_eq!(values.values.len(), 256 * 512);
+        let (mut values, mut window, count) = (Vec::new(), Window::new(24), samples.len() as u64);
+        pass(&samples, 24, samples.len(), &mut |rows| {
+            (0..256).for_each(|block| window.take(rows, 0, &counted(count, 24, block), &mut values));
+        });
+        assert_eq!(values.len(), 256 * 512);
         for block in [0, 1, 100, 255] {
             let first = block * (all.len() - 512) / 255;
             let due: Vec<[f64; LANES]> =
                 all[first..first + 512].iter().map(|(_, step)| [*step; LANES]).collect();
-            assert!(values.values[block * 512..][..512] == due, "{block}");
+            assert!(values[block * 512..][..512] == due, "{block}");
         }
     }
 

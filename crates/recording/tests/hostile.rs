@@ -44,6 +44,8 @@ fn damaged_arrays_are_read_or_refused_by_name() {
         ("v5-plain.mat", "dataset = 'slip'"),
         ("deflated.npz", "dataset = 'slip'"),
         ("stored.npz", "dataset = 'slip'\naxis = 'channels-first'"),
+        ("segments.tdms", "dataset = \"it's\""),
+        ("any.tdms", "dataset = 'slip'"),
     ] {
         let sound = fs::read(Path::new(ARRAYS).join(name)).unwrap();
         let keys = format!("file = '{name}'\n{keys}");
@@ -99,6 +101,22 @@ fn what_claims_more_than_it_holds_is_refused() {
     ] {
         let error = refused(name, keys, &bytes);
         assert!(error.contains(name) && error.contains(told), "{error}\nlacks {told}");
+    }
+    let any = fs::read(Path::new(ARRAYS).join("any.tdms")).unwrap();
+    let changed = |at: usize, with: &[u8]| [&any[..at], with, &any[at + with.len()..]].concat();
+    for (bytes, keys, told) in [
+        (any.clone(), "", "other/three: 210 values, no numbers or not 1000"),
+        (any.clone(), "dataset = 'none'", "no channel \"none\"; there are slip/one, slip/two, other/three"),
+        (any.clone(), "dataset = 'other'", "no such channel; there are 1"),
+        (any[..20].to_vec(), "", "a.tdms: byte 20: it ends in a header (accepted: "),
+        (any[..500].to_vec(), "", "byte 28: a segment that is longer than the file, 500 bytes"),
+        (vec![0; 40], "", "byte 8: no segment of TDMS"),
+        (changed(4, &[0xee]), "", "byte 8: values of DAQmx, which need its scales"),
+        (changed(62, &[0, 0, 0x12, 0x69]), "", "byte 66: values of DAQmx, which need its scales"),
+        (changed(32, &[0xff; 4]), "", "byte 36: a text that is too long"),
+    ] {
+        let error = refused("a.tdms", keys, &bytes);
+        assert!(error.contains("a.tdms: ") && error.contains(told), "{error}\nlacks {told}");
     }
     let claims = fs::read(Path::new(ARRAYS).join("claims.h5")).unwrap();
     let error = refused("claims.h5", "dataset = 'slip'", &claims);

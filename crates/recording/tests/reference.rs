@@ -62,8 +62,8 @@ fn noise_is_that_of_the_reference() {
 #[test]
 fn arrivals_are_those_of_the_reference() {
     for (name, count) in [("slip", 110), ("shear", 18)] {
-        let (recording, found) = detect(name);
-        let grid = recording.header(&BTreeMap::new()).time_grid();
+        let (recording, mut found) = detect(name);
+        let grid = recording.recorded(&mut found).header.time_grid();
         let records: Vec<StepRecord> = found.steps().collect();
         let rows = expected(name, "arrivals");
         let detaches = |record: &StepRecord, sensor: f64| {

@@ -8,7 +8,7 @@
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: sends a log through detectors.
 //! - [`OpenLog`], [`read_once`]: a log, checked while an observer receives it.
-//! - [`Recorded`]: writes the log of a recording of a laboratory.
+//! - [`write_recording`]: writes the log of a recording of a laboratory.
 //! - [`check`], [`Verdict`]: judges a log; [`salvage`]: recovers the sound parts of a damaged one.
 //! - [`Opened`]: the files and logs that the scenario of a user names.
 //! - [`study`]: named runs in a folder, made unless they exist.
@@ -76,7 +76,7 @@ pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};
 pub use log_target::OtherRun;
 pub use nodes::Nodes;
 pub use open_log::{OpenLog, Reading, Unread, read_once};
-pub use recorded::Recorded;
+pub use recorded::{check_recording, write_recording};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, Derived, Outcome, RunError, Task, Threads, run};

@@ -1,12 +1,12 @@
 //! The log of a recording: its step records pass through the detectors as those of a run do.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::iter;
 use std::path::Path;
 
 use asperity_record::{
-    Event, EventPayload, LoadDrop, Observer, Record, RunEnd, RunHeader, RunStatus, SolverReport, TimeGrid,
+    Event, EventPayload, LoadDrop, Observer, Record, Recorded, RunEnd, RunHeader, RunStatus, SolverReport,
+    TimeGrid,
 };
 use asperity_runlog::{Content, Existing, RunWriter, WriteError};
 
@@ -19,79 +19,65 @@ use crate::self_check::SelfCheckProblem;
 use crate::stream::{Item, StreamError, run_in_turn};
 use crate::verdict::Verdict;
 
-/// A recording that has been read.
-#[derive(Debug)]
-pub struct Recorded {
-    /// The header of its log, without code version and run id.
-    pub header: RunHeader,
-    /// Its description, as TOML.
-    pub toml: String,
-    /// Length and hash of its files, by their paths.
-    pub inputs: BTreeMap<String, String>,
-    /// Its load drops, in order.
-    pub drops: Vec<LoadDrop>,
+/// Writes the log of a recording with these records, in order.
+///
+/// # Errors
+/// If there is no next record, or the log cannot be written, or exists and must not be replaced.
+pub fn write_recording<E>(
+    recorded: Recorded,
+    path: &Path,
+    existing: Existing,
+    records: impl Iterator<Item = Result<Record, E>>,
+) -> Result<RunEnd, StreamError<E, WriteError>> {
+    let Recorded { header, toml, inputs, drops } = recorded;
+    let (sink, header) = (StreamError::Sink, named(header));
+    let detectors = Settings::default().start(&header, None);
+    let kinds = event_kinds(header.parts());
+    let mut writer =
+        RunWriter::create(path, existing, &header, &toml, &kinds, Content::Text).map_err(sink)?;
+    writer.inputs(inputs).map_err(sink)?;
+    let mut given = in_order(header.time_grid(), drops, records);
+    let written = run_in_turn(|| given.next().transpose(), detectors, |item| write(&mut writer, &item));
+    match written {
+        Ok(()) => writer.finish(RunStatus::Complete, SolverReport::default()).map_err(sink),
+        Err(error) => {
+            writer.discard().map_err(sink)?;
+            Err(error)
+        }
+    }
 }
 
-impl Recorded {
-    /// Writes the log with these records, in order.
-    ///
-    /// # Errors
-    /// If there is no next record, or the log cannot be written, or exists and must not be replaced.
-    pub fn write<E>(
-        self,
-        path: &Path,
-        existing: Existing,
-        records: impl Iterator<Item = Result<Record, E>>,
-    ) -> Result<RunEnd, StreamError<E, WriteError>> {
-        let sink = StreamError::Sink;
-        let header = self.header();
-        let detectors = Settings::default().start(&header, None);
-        let kinds = event_kinds(header.parts());
-        let mut writer =
-            RunWriter::create(path, existing, &header, &self.toml, &kinds, Content::Text).map_err(sink)?;
-        writer.inputs(self.inputs).map_err(sink)?;
-        let mut given = in_order(header.time_grid(), self.drops, records);
-        let written = run_in_turn(|| given.next().transpose(), detectors, |item| write(&mut writer, &item));
-        match written {
-            Ok(()) => writer.finish(RunStatus::Complete, SolverReport::default()).map_err(sink),
-            Err(error) => {
-                writer.discard().map_err(sink)?;
-                Err(error)
-            }
+/// Checks a log as [`OpenLog::check`] does, and compares it with this recording of its inputs, which has these records.
+pub fn check_recording<E: fmt::Display>(
+    recorded: Recorded,
+    log: OpenLog,
+    records: impl Iterator<Item = Result<Record, E>>,
+) -> Checked {
+    if !is_ours(log.header()) {
+        return log.check(&mut ());
+    }
+    let header = named(recorded.header);
+    let differs = (recorded.inputs != *log.reader.inputs() || header != *log.header())
+        .then(|| (0, "is of other files, or has another header".to_owned()));
+    let given = in_order(header.time_grid(), recorded.drops, records);
+    let mut again = Again { given, step: 0, differs };
+    let mut checked = log.check(&mut again);
+    if checked.verdict == Verdict::Whole {
+        again.step = header.steps;
+        again.compare(None);
+        if let Some((step, what)) = again.differs {
+            checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::rerun(step, &what)));
+            checked.verdict = Verdict::Damaged;
         }
     }
+    checked
+}
 
-    /// Checks a log as [`OpenLog::check`] does, and compares it with this recording of its inputs, which has these records.
-    pub fn check<E: fmt::Display>(
-        self,
-        log: OpenLog,
-        records: impl Iterator<Item = Result<Record, E>>,
-    ) -> Checked {
-        let header = self.header();
-        if !is_ours(log.header()) {
-            return log.check(&mut ());
-        }
-        let differs = (self.inputs != *log.reader.inputs() || header != *log.header())
-            .then(|| (0, "is of other files, or has another header".to_owned()));
-        let given = in_order(header.time_grid(), self.drops, records);
-        let mut again = Again { given, step: 0, differs };
-        let mut checked = log.check(&mut again);
-        if checked.verdict == Verdict::Whole {
-            again.step = header.steps;
-            again.compare(None);
-            if let Some((step, what)) = again.differs {
-                checked.problem = Some(CheckProblem::SelfCheck(SelfCheckProblem::rerun(step, &what)));
-                checked.verdict = Verdict::Damaged;
-            }
-        }
-        checked
-    }
-
-    fn header(&self) -> RunHeader {
-        let mut header = RunHeader { code_version: RECORDING_CODE_VERSION.to_owned(), ..self.header.clone() };
-        header.run_id = run_id(&header);
-        header
-    }
+/// The header with code version and run id.
+fn named(header: RunHeader) -> RunHeader {
+    let mut header = RunHeader { code_version: RECORDING_CODE_VERSION.to_owned(), ..header };
+    header.run_id = run_id(&header);
+    header
 }
 
 /// Records with load drops among them, each behind the record of its end.

@@ -138,7 +138,7 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &str, sound: &[u8]) -> R
 /// The description of a recording of one file.
 fn description(name: &str) -> String {
     let keys = match name.rsplit_once('.') {
-        Some((_, "h5" | "mat")) => "dataset = 'slip'",
+        Some((_, "h5" | "mat" | "tdms")) => "dataset = 'slip'",
         Some((_, "raw")) => "numbers = '<i2'\nchannels_in_file = 2",
         Some((_, "csv")) => "missing = 'gap'",
         _ => "",
@@ -284,6 +284,8 @@ fn inputs(sound: &[u8]) -> Result<Vec<Input>, Error> {
     add("wide.npy", &OF_RECORDINGS, npy("2, 1000000"));
     add("claim.h5", &OF_RECORDINGS, include_bytes!("../../../fixtures/recordings/arrays/claims.h5").to_vec());
     add("ends.h5", &OF_RECORDINGS, b"\x89HDF\r\n\x1a\n\x00".to_vec());
+    add("claim.tdms", &OF_RECORDINGS, [&b"TDSm\x0e\x00\x00\x00"[..], &[0xff; 64]].concat());
+    add("lists.tdms", &OF_RECORDINGS, [&b"TDSm\x02"[..], &[0; 27]].concat().repeat(1_000_000));
     let head = [&[b' '; 124][..], b"\x00\x01IM"].concat();
     add("claim.mat", &OF_RECORDINGS, [&head[..], &14_u32.to_le_bytes(), &[0xff; 60]].concat());
     add(

@@ -291,6 +291,7 @@ pub fn recording(input: &[u8]) {
         ("lab.npz", "dataset = 'slip'"),
         ("lab.h5", "dataset = 'slip'"),
         ("lab.mat", "dataset = 'slip'"),
+        ("lab.tdms", "dataset = 'slip'"),
         ("lab.raw", "numbers = '>f4'\nchannels_in_file = 3"),
     ];
     let (name, keys) = formats[usize::from(*format) % formats.len()];

@@ -2,18 +2,19 @@
 //!
 //! Other programs read them, this one does not. Only a row group is in memory at a time. Units, meanings and the source
 //! of the rows are in the file's key-value metadata under `asperity:`.
+//!
+//! Columns are series of polars, and its crate for Parquet encodes them. The writer above it, of `polars-io`, would bring
+//! readers, three more compressions and operations on columns, a tenth of a cold build, and starts threads.
 
-use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter};
-use std::panic;
-use std::sync::OnceLock;
 
 use asperity_files::{Refusal, UntilRefused};
-use polars::prelude::{
-    BatchedWriter, Column, DataFrame, KeyValueMetadata, NamedFrom, ParquetMetadataContext, ParquetWriter,
-    PolarsResult, Series,
+use polars::prelude::{CompatLevel, NamedFrom, PolarsError, PolarsResult, Series};
+use polars_parquet::write::{
+    CompressionOptions, Compressor, DynIter, DynStreamingIterator, FileWriter, KeyValue, StatisticsOptions,
+    Version, WriteOptions, array_to_columns, get_dtype_encoding,
 };
 
 use crate::format::TableWriter;
@@ -22,21 +23,29 @@ use crate::table::{Table, Values};
 /// A Parquet file that is being written.
 pub(crate) struct Parquet {
     /// The library writes thousands of single bytes and flushes at the end.
-    writer: BatchedWriter<BufWriter<UntilRefused<File>>>,
+    writer: FileWriter<BufWriter<UntilRefused<File>>>,
     /// The system's reason for a refused write: the library reports some of them as a "transport error".
     refusal: Refusal,
-    /// The row group in progress: its rows take less than half of the memory that they take in a table.
-    group: DataFrame,
+    /// The columns of the row group in progress, which take less than half of the memory that they take in a table.
+    group: Vec<Series>,
     units_and_meanings: Vec<(String, String)>,
 }
 
 impl Parquet {
     pub(crate) fn start(table: &Table, file: File) -> io::Result<Parquet> {
-        start_threads().map_err(io::Error::other)?;
         let out = UntilRefused::new(file);
         let refusal = out.refusal();
-        let writer = frame(&Table::new("", table.columns.clone()))
-            .and_then(|empty| ParquetWriter::new(BufWriter::new(out)).batched(empty.schema()))
+        let fields = series(&Table::new("", table.columns.clone())).into_iter().map(|column| {
+            let field = column.field().to_arrow(CompatLevel::newest());
+            (field.name.clone(), field)
+        });
+        let options = WriteOptions {
+            statistics: StatisticsOptions::default(),
+            version: Version::V1,
+            compression: CompressionOptions::Zstd(None),
+            data_page_size: None,
+        };
+        let writer = FileWriter::try_new(BufWriter::new(out), fields.collect(), options)
             .map_err(|error| in_words(&refusal, error))?;
         let of_columns = |text: fn(&asperity_record::Column) -> Option<&str>| {
             let texts = table.columns.iter().filter_map(|column| Some((&*column.name, text(column)?)));
@@ -46,39 +55,61 @@ impl Parquet {
             ("asperity:units".to_owned(), of_columns(|column| column.unit)),
             ("asperity:meanings".to_owned(), of_columns(|column| Some(&column.about))),
         ];
-        Ok(Parquet { writer, refusal, group: DataFrame::default(), units_and_meanings })
+        Ok(Parquet { writer, refusal, group: Vec::new(), units_and_meanings })
     }
 
-    /// Ends the file. The writer's own method for that accepts no metadata, of which some are known only now.
-    fn end(&self, about: Vec<(String, String)>) -> PolarsResult<()> {
-        let context = ParquetMetadataContext { arrow_schema: "" };
-        let metadata = KeyValueMetadata::from_static(about).collect(context)?;
-        self.writer.get_writer().lock().expect("no thread panicked with it").end(Some(metadata)).map(drop)
+    /// Adds the rows of a table to the row group in progress.
+    fn add(&mut self, table: &Table) -> PolarsResult<()> {
+        let added = series(table);
+        if self.group.is_empty() {
+            self.group = added;
+            return Ok(());
+        }
+        self.group.iter_mut().zip(added).try_for_each(|(column, rows)| column.append_owned(rows).map(drop))
+    }
+
+    /// Writes the row group in progress, if it has rows.
+    fn write_group(&mut self) -> PolarsResult<()> {
+        let group = std::mem::take(&mut self.group);
+        let rows = group.first().map_or(0, Series::len);
+        if rows == 0 {
+            return Ok(());
+        }
+        let options = self.writer.options();
+        let mut columns = Vec::with_capacity(group.len());
+        for (column, kind) in group.into_iter().zip(self.writer.parquet_schema().fields()) {
+            let values = column.rechunk().to_arrow(0, CompatLevel::newest());
+            let encodings = get_dtype_encoding(values.dtype());
+            for pages in array_to_columns(values, kind.clone(), options, &encodings)? {
+                let pages = Compressor::new_from_vec(pages.map(|page| page.map_err(Into::into)), options.compression, vec![]);
+                columns.push(Ok(DynStreamingIterator::new(pages.map_err(PolarsError::from))));
+            }
+        }
+        self.writer.write(rows as u64, DynIter::new(columns.into_iter()))
     }
 }
 
 impl TableWriter for Parquet {
     fn write(&mut self, table: &Table) -> io::Result<()> {
-        let added = frame(table).and_then(|rows| self.group.vstack_mut_owned(rows).map(drop));
-        added.map_err(|error| in_words(&self.refusal, error))
+        self.add(table).map_err(|error| in_words(&self.refusal, error))
     }
 
     fn end_group(&mut self) -> io::Result<()> {
-        let written = self.writer.write_batch(std::mem::take(&mut self.group).rechunk_mut());
-        written.map_err(|error| in_words(&self.refusal, error))
+        self.write_group().map_err(|error| in_words(&self.refusal, error))
     }
 
-    fn finish(self: Box<Self>, about: &[(String, String)]) -> io::Result<()> {
-        let about = [about, &self.units_and_meanings].concat();
-        self.end(about).map_err(|error| in_words(&self.refusal, error))
+    fn finish(mut self: Box<Self>, about: &[(String, String)]) -> io::Result<()> {
+        let about = about.iter().chain(&self.units_and_meanings).cloned();
+        let metadata = about.map(|(key, value)| KeyValue { key, value: Some(value) }).collect();
+        self.writer.end(Some(metadata)).map(drop).map_err(|error| in_words(&self.refusal, error))
     }
 }
 
-/// Rows as a polars table.
-fn frame(table: &Table) -> PolarsResult<DataFrame> {
+/// The columns of a table as series of polars.
+fn series(table: &Table) -> Vec<Series> {
     let column = |(column, values): (&asperity_record::Column, &Values)| {
         let name = column.name.as_ref().into();
-        Column::from(match values {
+        match values {
             Values::Counts(values) => Series::new(name, values),
             Values::Steps(values) => Series::new(name, values),
             Values::Numbers(values) => Series::new(name, values),
@@ -86,61 +117,29 @@ fn frame(table: &Table) -> PolarsResult<DataFrame> {
             Values::Words(values) => {
                 Series::new(name, values.iter().map(Option::as_deref).collect::<Vec<_>>())
             }
-        })
+        }
     };
-    DataFrame::new(table.rows(), table.columns.iter().zip(table.values()).map(column).collect())
+    table.columns.iter().zip(table.values()).map(column).collect()
 }
 
 /// The reason of a failure: the system's, if it refused a write, otherwise the library's.
-fn in_words(refusal: &Refusal, error: polars::error::PolarsError) -> io::Error {
+fn in_words(refusal: &Refusal, error: PolarsError) -> io::Error {
     io::Error::other(refusal.reason().map_or_else(|| error.to_string(), str::to_owned))
-}
-
-thread_local! {
-    /// Whether a panic of this thread becomes an error, which says why.
-    static IS_STARTING: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Makes polars start its threads, unless they run already: it panics if the system refuses them.
-fn start_threads() -> Result<(), String> {
-    static STARTED: OnceLock<Result<(), String>> = OnceLock::new();
-    let start = || {
-        let column = Series::new("step".into(), [0_u64]).into();
-        ParquetWriter::new(io::sink()).finish(&mut DataFrame::new_infer_height(vec![column])?)
-    };
-    let started = STARTED.get_or_init(|| {
-        let usual = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !IS_STARTING.get() {
-                usual(info);
-            }
-        }));
-        in_words_of_panic(start)?.map(drop).map_err(|error| error.to_string())
-    });
-    started.clone()
-}
-
-/// Calls polars, and returns a panic's message as an error.
-fn in_words_of_panic<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    IS_STARTING.set(true);
-    let outcome = panic::catch_unwind(panic::AssertUnwindSafe(work));
-    IS_STARTING.set(false);
-    outcome.map_err(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no reason is given");
-        format!("failed to start the threads that tables need: {text}")
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs::{self, File};
+    use std::io::Cursor;
 
     use asperity_record::{Cell, RunHeader};
     use asperity_testkit::run_header;
-    use polars::prelude::{ParquetReader, SerReader};
+    use polars::prelude::Series;
+    use polars_parquet::read::{
+        BasicDecompressor, FileMetadata, PageReader, RowGroupMetadata, column_iter_to_arrays, infer_schema,
+        read_metadata,
+    };
 
-    use super::{in_words_of_panic, start_threads};
     use crate::export::about;
     use crate::format::{DAMAGED, Format};
     use crate::layout::{StepParts, record_tables};
@@ -148,11 +147,19 @@ mod tests {
     /// Doubles that a format that rounds, or that writes decimals, would lose.
     const DOUBLES: [f64; 6] = [0.1 + 0.2, -0.0, 5e-324, -1.7976931348623157e308, 1e-7, 4.0];
 
-    #[test]
-    fn a_panic_of_polars_is_an_error() {
-        let text = in_words_of_panic::<()>(|| panic!("row {}", 7)).unwrap_err();
-        assert_eq!(text, "failed to start the threads that tables need: row 7");
-        assert_eq!(start_threads(), Ok(()));
+    /// A column of a file.
+    fn column(bytes: &[u8], metadata: &FileMetadata, name: &str) -> Series {
+        let field = infer_schema(metadata).unwrap().get(name).unwrap().clone();
+        let of_group = |group: &RowGroupMetadata| {
+            let chunk = group.columns_under_root_iter(name).unwrap().next().unwrap();
+            let range = chunk.byte_range();
+            let bytes = bytes[range.start as usize..range.end as usize].to_vec();
+            let pages = PageReader::new(Cursor::new(bytes.into()), chunk, vec![], usize::MAX);
+            let kind = &chunk.descriptor().descriptor.primitive_type;
+            let columns = vec![BasicDecompressor::new(pages, vec![])];
+            column_iter_to_arrays(columns, vec![kind], field.clone(), None).unwrap().0
+        };
+        Series::try_from((name.into(), metadata.row_groups.iter().flat_map(of_group).collect::<Vec<_>>())).unwrap()
     }
 
     #[test]
@@ -179,18 +186,17 @@ mod tests {
         });
         writer.finish(&about(&header, source)).unwrap();
 
-        let mut reader = ParquetReader::new(File::open(&path).unwrap());
-        let metadata = reader.get_metadata().unwrap().clone();
-        let frame = reader.finish().unwrap();
-        fs::remove_file(&path).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        let metadata = read_metadata(&mut Cursor::new(&bytes)).unwrap();
+        let column = |name| column(&bytes, &metadata, name);
         assert_eq!(metadata.row_groups.len(), 2, "the rows up to the end of a group");
-        let read = frame.column("displacement_m").unwrap().f64().unwrap();
+        let read = column("displacement_m").f64().unwrap();
         let read: Vec<u64> = read.iter().map(|value| value.unwrap().to_bits()).collect();
         assert_eq!(read, DOUBLES.map(f64::to_bits));
-        assert_eq!(frame.column("tangential_force_n").unwrap().null_count(), DOUBLES.len());
-        assert_eq!(frame.column("step").unwrap().u64().unwrap().get(0), Some(u64::MAX));
-        assert_eq!(frame.column("block").unwrap().u32().unwrap().get(5), Some(u32::MAX));
-        assert_eq!(frame.column("detached").unwrap().bool().unwrap().sum(), Some(6));
+        assert_eq!(column("tangential_force_n").null_count(), DOUBLES.len());
+        assert_eq!(column("step").u64().unwrap().get(0), Some(u64::MAX));
+        assert_eq!(column("block").u32().unwrap().get(5), Some(u32::MAX));
+        assert_eq!(column("detached").bool().unwrap().sum(), Some(6));
 
         let pairs = metadata.key_value_metadata().as_ref().unwrap();
         let text = |key: &str| pairs.iter().find(|pair| pair.key == key).and_then(|pair| pair.value.clone());

@@ -25,7 +25,7 @@ fn header() -> RunHeader {
 }
 
 /// That header, of a run whose contacts have a state.
-fn with_state() -> RunHeader {
+fn header_with_state() -> RunHeader {
     RunHeader { flags: Parts { state: true, ..Parts::default() }, ..header() }
 }
 
@@ -173,7 +173,7 @@ fn only_fixed_steps_have_an_error_of_front_speeds() {
         found.front_speed_error_ratio
     };
     assert!(error_of(&header()).is_some_and(|error| error > 0.0));
-    assert_eq!(error_of(&with_state()), None);
+    assert_eq!(error_of(&header_with_state()), None);
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn with_state(keys: &[&str]) -> Scenario {
 #[test]
 fn creep_is_what_moves_outside_of_ruptures() {
     let creep_ratio = |scenario: Scenario, last: &Rupture, has_ruptures: bool, status: Option<RunStatus>| {
-        let mut run = Summarizer::new("creep", &with_state(), Some(&scenario));
+        let mut run = Summarizer::new("creep", &header_with_state(), Some(&scenario));
         let of_force = |step: u64, driving_force_n: f64| StepRecord {
             driving_force_n,
             ..quiet_step(step, seconds(step), 0.4)

@@ -13,8 +13,8 @@ use std::io::{self, BufWriter};
 use asperity_files::{Refusal, UntilRefused};
 use polars::prelude::{CompatLevel, NamedFrom, PolarsError, PolarsResult, Series};
 use polars_parquet::write::{
-    CompressionOptions, Compressor, DynIter, DynStreamingIterator, FileWriter, KeyValue, StatisticsOptions,
-    Version, WriteOptions, array_to_columns, get_dtype_encoding,
+    CompressionOptions, Compressor, DynIter, DynStreamingIterator, FallibleStreamingIterator, FileWriter,
+    KeyValue, StatisticsOptions, Version, WriteOptions, array_to_columns, get_dtype_encoding,
 };
 
 use crate::format::TableWriter;
@@ -71,7 +71,7 @@ impl Parquet {
     /// Writes the row group in progress, if it has rows.
     fn write_group(&mut self) -> PolarsResult<()> {
         let group = std::mem::take(&mut self.group);
-        let rows = group.first().map_or(0, Series::len);
+        let rows = group.first().map_or(0, |column| column.len());
         if rows == 0 {
             return Ok(());
         }
@@ -81,7 +81,11 @@ impl Parquet {
             let values = column.rechunk().to_arrow(0, CompatLevel::newest());
             let encodings = get_dtype_encoding(values.dtype());
             for pages in array_to_columns(values, kind.clone(), options, &encodings)? {
-                let pages = Compressor::new_from_vec(pages.map(|page| page.map_err(Into::into)), options.compression, vec![]);
+                let pages = Compressor::new_from_vec(
+                    pages.map(|page| page.map_err(Into::into)),
+                    options.compression,
+                    vec![],
+                );
                 columns.push(Ok(DynStreamingIterator::new(pages.map_err(PolarsError::from))));
             }
         }
@@ -159,7 +163,8 @@ mod tests {
             let columns = vec![BasicDecompressor::new(pages, vec![])];
             column_iter_to_arrays(columns, vec![kind], field.clone(), None).unwrap().0
         };
-        Series::try_from((name.into(), metadata.row_groups.iter().flat_map(of_group).collect::<Vec<_>>())).unwrap()
+        Series::try_from((name.into(), metadata.row_groups.iter().flat_map(of_group).collect::<Vec<_>>()))
+            .unwrap()
     }
 
     #[test]

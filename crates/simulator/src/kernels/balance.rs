@@ -86,7 +86,7 @@ kernel! {
                 y[n] = t[n] / direct[n];
                 e[n] = exp(y[n]);
                 // NaN, of what is too large for `exp`, radiates as well.
-                left[n] = u64::from(y[n] > 1.0) & u64::from(!(eta * q[n] * e[n] <= 0.01 * t[n]));
+                left[n] = u64::from(y[n] > 1.0) & (1 - u64::from(eta * q[n] * e[n] <= 0.01 * t[n]));
             }
             for n in (0..GROUP).filter(|n| left[*n] != 0) {
                 y[n] = y[n].min(libm::asinh(t[n] / (2.0 * eta * q[n])));

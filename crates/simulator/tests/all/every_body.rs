@@ -205,7 +205,7 @@ fn a_run_that_is_resumed_is_the_run() {
 }
 
 /// Runs of every law and solver, and of every part of their states.
-const RESUMED: [(SolverKind, &str, [Sets; 2]); 21] = [
+const RESUMED: [(SolverKind, &str, [Sets; 2]); 22] = [
     (FAST, "default", [&["time.duration_s=0.15"], &[]]),
     // Long chains: waves, windows of most lengths, and no windows for long steps.
     (FAST, "default", [&["slider.blocks=600", "time.duration_s=0.02", "recording.sample_s=1e-5"], &[]]),
@@ -367,7 +367,7 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 21] = [
         "seas-bp1-qd-coarse",
         [
             &["slider.blocks=50", "time.duration_s=6.42e9", "recording.series_every=20"],
-            &["friction.evolution=slip", "medium.first_node=half-cell"],
+            &[],
         ],
     ),
 ];

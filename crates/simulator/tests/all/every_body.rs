@@ -365,10 +365,7 @@ const RESUMED: [(SolverKind, &str, [Sets; 2]); 22] = [
     (
         SolverKind::Adaptive,
         "seas-bp1-qd-coarse",
-        [
-            &["slider.blocks=50", "time.duration_s=6.42e9", "recording.series_every=20"],
-            &[],
-        ],
+        [&["slider.blocks=50", "time.duration_s=6.42e9", "recording.series_every=20"], &[]],
     ),
 ];
 

@@ -29,7 +29,7 @@ fn a_stop_ends_each_solver_after_bounded_work_and_changes_nothing() {
         ("body-coarse", fast, body, 0.6, 10),
         ("chain-junctions", fast, "time.step_s=1e-7", 0.002, 10),
         ("spring-slider", adaptive, "slider.blocks=200 drive.kind=top", 100.0, 5),
-        ("seas-bp1-qd-coarse", adaptive, "recording.stations_m=[] recording.series_every=0", 6.13e9, 5),
+        ("seas-bp1-qd-coarse", adaptive, "recording.stations_m=[] recording.series_every=0", 6.13e9, 4),
     ] {
         let rare = format!("{sets} time.duration_s={duration_s} recording.sample_s=0 recording.fields_s=0");
         let sets: Vec<&str> = rare.split_whitespace().collect();

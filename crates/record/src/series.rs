@@ -4,7 +4,7 @@ use crate::payload;
 
 payload! {
     topic: "/series",
-    table: "series",
+    table: "series" [derive = Default],
     /// The slider where an accepted step of the adaptive solver ends, as solved.
     pub struct Series {
         /// The last step of the grid up to there.
@@ -26,7 +26,7 @@ payload! {
 
 payload! {
     topic: "/series_block",
-    table: "series_block",
+    table: "series_block" [derive = Default],
     /// One of the chosen blocks there.
     pub struct SeriesBlock {
         /// The last step of the grid up to there.

@@ -11,6 +11,7 @@ use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
     Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
     Series, SeriesBlock, SlipEvent, StepRecord, TraceRecord, WindowRecord,
+    unit_of_time,
 };
 
 use crate::growth::EventGrowth;
@@ -300,6 +301,11 @@ impl RunEvents {
         }
         let course = load.normal_load_n / self.plan.total_normal_load_n;
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
+    }
+
+    /// The unit of its times for people: its length in s, and its name.
+    pub fn unit_of_time(&self) -> (f64, &'static str) {
+        unit_of_time(self.plan.grid.time_s(self.header.steps))
     }
 
     /// Whether it is the recording of a laboratory: its scenario is a [stand-in](Scenario::of_recording).

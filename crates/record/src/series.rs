@@ -19,7 +19,7 @@ payload! {
         pub v_max_m_per_s: f64,
         /// The block that has it.
         pub v_max_block: u32 [role = Place],
-        /// Moment rate `k a sum_n V_n`, N m/s.
+        /// Moment rate `k a sum_n V_n`, N m/s; in a medium `mu dz sum_n V_n`, per metre of strike.
         pub moment_rate_n_m_per_s: f64,
     }
 }

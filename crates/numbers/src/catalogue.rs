@@ -132,7 +132,8 @@ impl Catalogue {
                 [column - 1, rupture.reach().count()].map(|columns| f64::from(columns) * self.block_length_m);
             columns.into()
         });
-        let depth_m = self.medium.as_ref().map(|medium| medium.depth_m(rupture.nucleation_block as usize - 1));
+        let depth_m =
+            self.medium.as_ref().map(|medium| medium.depth_m(rupture.nucleation_block as usize - 1));
         Some(Entry {
             moment_n_m,
             x_m: depth_m.map_or(x_m, |_| 0.0),

@@ -417,7 +417,8 @@ fn slip_profiles(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> 
     let event_every_s = interval_s("event_every_s", keys.event_every_s, 1.0)?;
     let nodes: Vec<usize> = (0..medium.nodes()).step_by(medium.nodes().div_ceil(POINTS)).collect();
     let event = |time_s: f64| {
-        let within = |slip: &&SlipEvent| slip.onset_s <= time_s && slip.end_s.is_none_or(|end_s| time_s < end_s);
+        let within =
+            |slip: &&SlipEvent| slip.onset_s <= time_s && slip.end_s.is_none_or(|end_s| time_s < end_s);
         run.slips.iter().find(within)
     };
     // In which interval a time is; one that is at its beginning but for rounding is in it.
@@ -475,7 +476,10 @@ fn stations(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         false => keys.at_blocks.clone(),
     };
     if let Some(other) = shown.iter().find(|block| !recorded.contains(block)) {
-        return Err(format!("at_blocks: block {other} of run {} is no station (accepted: {recorded:?})", run.name));
+        return Err(format!(
+            "at_blocks: block {other} of run {} is no station (accepted: {recorded:?})",
+            run.name
+        ));
     }
     if shown.is_empty() || rows.is_empty() {
         return Err(without_series(run, "stations_m"));
@@ -485,7 +489,8 @@ fn stations(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
         let n = block as usize - 1;
         let course = |axis: usize, value: &dyn Fn(&SeriesBlock) -> f64| {
             let points = rows.iter().filter(|row| row.block == block).map(|row| (row.time_s, value(row)));
-            let label = if axis == 0 { format!("z = {} km", short(medium.depth_m(n) / 1e3)) } else { String::new() };
+            let label =
+                if axis == 0 { format!("z = {} km", short(medium.depth_m(n) / 1e3)) } else { String::new() };
             Curve { axis, ..Curve::new(Role::Measured, label, points.collect()) }
         };
         curves.push(course(0, &|row| row.velocity_m_per_s.abs()));

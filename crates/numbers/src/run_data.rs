@@ -10,8 +10,7 @@ use std::sync::Arc;
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
     Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
-    Series, SeriesBlock, SlipEvent, StepRecord, TraceRecord, WindowRecord,
-    unit_of_time,
+    Series, SeriesBlock, SlipEvent, StepRecord, TraceRecord, WindowRecord, unit_of_time,
 };
 
 use crate::growth::EventGrowth;

@@ -87,7 +87,9 @@ impl Seas {
             .map(|(block, (path, lines))| {
                 let written = match self.failed.take() {
                     Some(error) => Err(error),
-                    None => files.create(&path).map(|file| self.write(block, lines, UntilRefused::new(file)))?,
+                    None => {
+                        files.create(&path).map(|file| self.write(block, lines, UntilRefused::new(file)))?
+                    }
                 };
                 written.map_err(FileError::io(&path)).map(|()| path)
             })
@@ -100,7 +102,10 @@ impl Seas {
         let (shortest_s, longest_s, count) = self.steps;
         let mut file = BufWriter::new(file);
         // Whoever submits them knows author and date; a log has no clock.
-        writeln!(file, "# problem={scenario:?}\n# author=\n# date=\n# code=asperity\n# version={code_version}")?;
+        writeln!(
+            file,
+            "# problem={scenario:?}\n# author=\n# date=\n# code=asperity\n# version={code_version}"
+        )?;
         writeln!(file, "# element_size={} m\n# minimum_time_step={shortest_s:.6e}", scales.block_length_m)?;
         writeln!(file, "# maximum_time_step={longest_s:.6e}\n# num_time_steps={count}")?;
         let (location, columns) = match (&self.plan.medium, block) {

@@ -502,11 +502,11 @@ numbers! {
         /// Number of events in which the largest speed of the blocks is at the event speed or above, by rows of `/series`
         /// between which its logarithm is linear.
         series_event_count: u64 = Series |run, of, _| Some(series::events(run, of.0).len() as f64);
-        /// Onset of the event of a number, `near`, counted from 1, s.
-        series_event_onset_s: f64 = Series |run, of, near| Some(series::event(run, of, near?)?.onset_s);
+        /// Onset of the event of a number, `near`, counted from 1 and by default that, s.
+        series_event_onset_s: f64 = Series |run, of, near| Some(series::event(run, of, near.unwrap_or(1.0))?.onset_s);
         /// Time from its onset to its end, s.
         series_event_duration_s: f64 = Series |run, of, near| {
-            let event = series::event(run, of, near?)?;
+            let event = series::event(run, of, near.unwrap_or(1.0))?;
             Some(event.end_s? - event.onset_s)
         };
         /// Time from the onset of the event before it to its onset, s.
@@ -516,14 +516,14 @@ numbers! {
         };
         /// Largest speed of a block in it, m/s.
         series_event_peak_velocity_m_per_s: f64 =
-            Series |run, of, near| Some(series::event(run, of, near?)?.peak_m_per_s);
+            Series |run, of, near| Some(series::event(run, of, near.unwrap_or(1.0))?.peak_m_per_s);
         /// Depth of the node that is fastest at its onset, m; none without a medium.
         series_event_depth_m: f64 = Series |run, of, near| {
             let medium = run.plan.medium.as_ref()?;
-            Some(medium.depth_m(series::event(run, of, near?)?.block as usize - 1))
+            Some(medium.depth_m(series::event(run, of, near.unwrap_or(1.0))?.block as usize - 1))
         };
         /// Slip in it of the first block that the series have, m.
-        series_event_slip_m: f64 = Series |run, of, near| series::first_slip_m(run, of, near?);
+        series_event_slip_m: f64 = Series |run, of, near| series::first_slip_m(run, of, near.unwrap_or(1.0));
     }
 }
 

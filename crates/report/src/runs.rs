@@ -112,7 +112,7 @@ pub(crate) fn data(run: &Run, all: &[Run]) -> (String, String) {
             rupture.first_block,
             rupture.last_block,
             contacts.column(rupture.nucleation_block),
-            kind(seen).0,
+            kind(run, seen).0,
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
@@ -183,9 +183,11 @@ impl Line {
     }
 }
 
-/// The kind of a rupture: its number and its word.
-fn kind(seen: &CollectedRupture) -> (u8, &'static str) {
-    if seen.rupture.reached_every_block {
+/// The kind of a rupture: its number and its word. On a fault line none of them begins at a driven end.
+fn kind(run: &Run, seen: &CollectedRupture) -> (u8, &'static str) {
+    if run.scenario.slider.is_in_medium() {
+        (0, "rupture")
+    } else if seen.rupture.reached_every_block {
         (2, "global slip")
     } else if seen.is_precursor {
         (1, "precursor")
@@ -395,7 +397,7 @@ fn widest(run: &Run) -> String {
         let [length, length_error] = run.header.length_ratio(rupture.last_block);
         Row::from(vec![
             Cell::number(rupture.rupture),
-            Cell::text(kind(seen).1),
+            Cell::text(kind(run, seen).1),
             if unit_s == 1.0 {
                 Cell::number(rupture.onset_s)
             } else {

@@ -102,6 +102,13 @@ pub struct CurveKeys {
     pub event_every_s: Option<f64>,
 }
 
+impl CurveKeys {
+    /// Whether a time is on the axis, s.
+    pub fn is_from_to(&self, time_s: f64) -> bool {
+        self.from_s.is_none_or(|from_s| time_s >= from_s) && self.to_s.is_none_or(|to_s| time_s <= to_s)
+    }
+}
+
 /// What friction of a block is drawn against.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -59,7 +59,8 @@ curves! {
     "slip-profiles": ["depth (km)"], over "slip (m)", ["every_s" "event_every_s"],
         |_| RequiredData { displacements: true, ..RequiredData::WINDOWS }, slip_profiles;
     /// Largest speed of the blocks against time, where steps of the solver end.
-    "largest-velocity": ["largest velocity (m/s)"], over "t (s)", [], |_| RequiredData::series(), largest_velocity;
+    "largest-velocity": ["largest velocity (m/s)"], over "t (s)", ["from_s" "to_s"], |_| RequiredData::series(),
+        largest_velocity;
     /// Slip rate, shear stress and state of stations of a fault line in a medium against time, where steps of the solver
     /// end: of `at_blocks`, or else of up to five of those recorded.
     "stations": ["slip rate (m/s)", "shear stress (MPa)", "state θ (s)"], over "t (s)", ["at_blocks"],
@@ -456,8 +457,9 @@ fn slip_profiles(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> 
     ])
 }
 
-fn largest_velocity(run: &RunData, _: &CurveKeys) -> Result<Vec<Curve>, String> {
-    let points = run.series()?.0.iter().map(|row| (row.time_s, row.v_max_m_per_s));
+fn largest_velocity(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
+    let rows = run.series()?.0.iter().filter(|row| keys.is_from_to(row.time_s));
+    let points = rows.map(|row| (row.time_s, row.v_max_m_per_s));
     let curve = Curve::new(Role::Measured, "", points.collect());
     if curve.points.is_empty() { Err(without_series(run, "series_every")) } else { Ok(vec![curve]) }
 }

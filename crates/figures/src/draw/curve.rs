@@ -4,6 +4,7 @@
 use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_record::YEAR_S;
 use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
 use serde_json::{Map, Value};
@@ -61,7 +62,11 @@ impl Figure for CurveFigure {
     fn measured(&self) -> Result<Option<Measured>, String> {
         let (x, y) = (self.curve.x.replace("t (s)", "t (years)"), self.curve.y[0]);
         let axes = [(["x", &x], false), (["y", y], LOGARITHMIC.contains(&y))];
-        MeasuredFile::points(&self.measured, &self.measured_label, axes)
+        let (keys, unit_s) = (self.keys()?, if x == self.curve.x { 1.0 } else { YEAR_S });
+        let mut measured = MeasuredFile::points(&self.measured, &self.measured_label, axes)?;
+        let is_shown = |[x, _]: &[[f64; 2]; 2]| keys.is_from_to(x[0] * unit_s);
+        measured.iter_mut().for_each(|measured| measured.points.retain(is_shown));
+        Ok(measured)
     }
 
     fn required_data(&self) -> RequiredData {

@@ -28,6 +28,7 @@ mod foxglove;
 mod gallery;
 mod given;
 mod golden;
+mod half_space;
 mod hostile;
 /// What needs packages of Python and Node, which `cargo xtask ci` sets up, or a minute.
 mod in_ci {

@@ -11,7 +11,7 @@ pub(crate) const CHAPTER5: &str = "chapter5";
 pub(crate) const CHAPTER6: &str = "chapter6";
 
 /// The pipelines, each `pipelines/NAME.toml`, in the order of `reproduce-all`.
-pub(crate) const ALL: [&str; 14] = [
+pub(crate) const ALL: [&str; 15] = [
     CHAPTER5,
     CHAPTER6,
     "appendix-a",
@@ -26,6 +26,7 @@ pub(crate) const ALL: [&str; 14] = [
     "area",
     "rate-and-state",
     "carlson-langer",
+    "seas",
 ];
 
 /// The readings of the thesis.

@@ -149,8 +149,14 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
         if *format != CatalogueFormat::Csv {
             for Source { path, runs, .. } in &sources {
                 let entries = runs.iter().flat_map(|run| &run.entries);
-                let without = entries.filter(|entry| entry.magnitude().is_none()).count();
-                note_left_out(path, without, "whose moment is 0, so that they have no magnitude", board);
+                let is_told = |entry: &&Entry| *format == CatalogueFormat::Quakeml && entry.depth_m.is_some();
+                let without = entries.filter(|entry| entry.magnitude().is_none() && !is_told(entry)).count();
+                let why = match runs.iter().flat_map(|run| &run.entries).any(|entry| entry.depth_m.is_some())
+                {
+                    true => "whose moments per metre of strike have no magnitude",
+                    false => "whose moment is 0, so that they have no magnitude",
+                };
+                note_left_out(path, without, why, board);
             }
         }
     }
@@ -263,8 +269,10 @@ fn csv(sources: &[Source], out: Data) -> Result<(), Failure> {
         {
             let (longitude, magnitude) = (longitude_degrees(entry.x_m), number(entry.magnitude()));
             let of_run = [source.path.clone(), run.name.clone(), dated(entry)?];
-            let of_place = [longitude.to_string(), "0".to_owned(), "0".to_owned()];
-            let of_size = [magnitude.to_string(), "Mw".to_owned()];
+            let depth_km = entry.depth_m.unwrap_or(0.0) / 1e3;
+            let of_place = [longitude.to_string(), "0".to_owned(), depth_km.to_string()];
+            let kind = if entry.depth_m.is_some() { "" } else { "Mw" };
+            let of_size = [magnitude.to_string(), kind.to_owned()];
             let others = COLUMNS.iter().map(|(_, cell)| cell(entry).to_string());
             rows.push_texts(of_run.into_iter().chain(of_place).chain(of_size).chain(others))?;
         }

@@ -337,7 +337,7 @@ fn seas(log: OpenLog, run: &Path, request: &Request, board: &Board) -> Result<()
     let refuse = |error| refused("--out", &error, true);
     let seas = Seas::begin(log.header(), scenario, &files, &request.out).map_err(refuse)?;
     let (checked, seas) = read(log, run, seas, board)?;
-    let paths = seas.finish().map_err(refuse)?;
+    let paths = seas.finish(&files).map_err(refuse)?;
     files.publish().map_err(refuse)?;
     paths.iter().try_for_each(|path| terminal::say(path.display()))?;
     verdict_exit::finish(run, &checked, board)

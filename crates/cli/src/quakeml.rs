@@ -1,7 +1,8 @@
 //! Catalogues as QuakeML 1.2 (BED): <https://quake.ethz.ch/quakeml>, as ObsPy reads it.
 //!
 //! An event has an origin, a moment magnitude, and a focal mechanism with its scalar moment and duration, and with its
-//! stress drop in a comment, since the format has no element for it. Ruptures without a magnitude are left out.
+//! stress drop in a comment, since the format has no element for it. Ruptures without a magnitude are left out, unless
+//! their moments are per metre of strike: these have a comment instead of magnitude and scalar moment.
 
 use std::io::Write;
 
@@ -33,31 +34,45 @@ pub(crate) fn write<'a>(mut out: impl Write, runs: impl Iterator<Item = &'a OfRu
     out.write_all(BEGIN.as_bytes())?;
     for run in runs {
         for entry in &run.entries {
-            let Some(magnitude) = entry.magnitude() else { continue };
+            let magnitude = entry.magnitude();
+            if magnitude.is_none() && entry.depth_m.is_none() {
+                continue;
+            }
             let id = format!("smi:asperity/{}/{}", run.events, entry.rupture.rupture);
             let (time, name) = (dated(entry)?, escaped(&run.name));
             let (longitude, moment_n_m) = (longitude_degrees(entry.x_m), entry.moment_n_m.abs());
             let drop_pa = entry.stress_drop_pa.zip(entry.slip_weighted_stress_drop_pa);
-            let stress_drop = drop_pa.map_or(String::new(), |(mean_pa, weighted_pa)| {
+            let mut comment = drop_pa.map_or(String::new(), |(mean_pa, weighted_pa)| {
                 format!(
                     "<comment><text>stress drop, before less after: mean {mean_pa} Pa, weighted by slip \
                      {weighted_pa} Pa</text></comment>"
                 )
             });
+            if magnitude.is_none() {
+                comment +=
+                    &format!("<comment><text>moment per metre of strike: {moment_n_m} N</text></comment>");
+            }
+            let [preferred, sized, moment] = magnitude.map_or_else(Default::default, |magnitude| {
+                [
+                    format!("<preferredMagnitudeID>{id}/magnitude</preferredMagnitudeID>"),
+                    format!(
+                        "<magnitude publicID=\"{id}/magnitude\"><mag><value>{magnitude}</value></mag>\
+                         <type>Mw</type><originID>{id}/origin</originID></magnitude>"
+                    ),
+                    format!("<scalarMoment><value>{moment_n_m}</value></scalarMoment>"),
+                ]
+            });
             write!(
                 out,
-                "<event publicID=\"{id}\"><preferredOriginID>{id}/origin</preferredOriginID>\
-                 <preferredMagnitudeID>{id}/magnitude</preferredMagnitudeID>\
+                "<event publicID=\"{id}\"><preferredOriginID>{id}/origin</preferredOriginID>{preferred}\
                  <preferredFocalMechanismID>{id}/mechanism</preferredFocalMechanismID>\
                  <type>other event</type><description><text>{name}</text></description>\
                  <origin publicID=\"{id}/origin\"><time><value>{time}</value></time>\
                  <longitude><value>{longitude}</value></longitude><latitude><value>0</value></latitude>\
-                 <depth><value>0</value></depth></origin>\
-                 <magnitude publicID=\"{id}/magnitude\"><mag><value>{magnitude}</value></mag><type>Mw</type>\
-                 <originID>{id}/origin</originID></magnitude>\
-                 <focalMechanism publicID=\"{id}/mechanism\">{stress_drop}<momentTensor publicID=\"{id}/tensor\">\
-                 <derivedOriginID>{id}/origin</derivedOriginID>\
-                 <scalarMoment><value>{moment_n_m}</value></scalarMoment>"
+                 <depth><value>{depth_m}</value></depth></origin>{sized}\
+                 <focalMechanism publicID=\"{id}/mechanism\">{comment}<momentTensor publicID=\"{id}/tensor\">\
+                 <derivedOriginID>{id}/origin</derivedOriginID>{moment}",
+                depth_m = entry.depth_m.unwrap_or(0.0)
             )?;
             if let Some(duration_s) = entry.duration_s() {
                 write!(

@@ -211,7 +211,11 @@ impl Figures {
     pub fn measured_mut(&mut self) -> impl Iterator<Item = &mut MeasuredFile> {
         let of_load = self.load.iter_mut().filter_map(|load| load.measured.as_mut());
         let of_lengths = self.lengths.iter_mut().filter_map(|lengths| lengths.measured.as_mut());
-        of_load.chain(of_lengths).chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
+        let of_curves = self.curve.iter_mut().filter_map(|curve| curve.measured.as_mut());
+        of_load
+            .chain(of_lengths)
+            .chain(of_curves)
+            .chain(self.family.iter_mut().filter_map(|family| family.measured.as_mut()))
     }
 
     /// The runs that the figures are made of.

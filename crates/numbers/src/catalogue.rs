@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::Scenario;
+use asperity_model::body::medium::Medium;
+use asperity_model::{Plan, Scenario};
 use asperity_record::{Arrival, Contacts, Event, Observer, RunHeader, Rupture, Sensors};
 
 use crate::rupture_numbers;
@@ -18,10 +19,12 @@ pub fn moment_magnitude(moment_n_m: f64) -> Option<f64> {
 pub struct Entry {
     /// The rupture.
     pub rupture: Rupture,
-    /// Its moment, N m.
+    /// Its moment, N m; in a medium per metre of strike.
     pub moment_n_m: f64,
-    /// Distance of the contact that slid first from the first column, m.
+    /// Distance of the contact that slid first from the first column, m; 0 in a medium.
     pub x_m: f64,
+    /// In a medium, the depth of the node that was the first to be as fast as the event speed, m.
+    pub depth_m: Option<f64>,
     /// Length of the columns that slid, m.
     pub length_m: f64,
     /// Shear stress before less that after the rupture, Pa: mean over its contacts of the fall of the shear force, over
@@ -42,9 +45,9 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Its [`moment_magnitude`].
+    /// Its [`moment_magnitude`]; a moment per metre has none.
     pub fn magnitude(&self) -> Option<f64> {
-        moment_magnitude(self.moment_n_m)
+        moment_magnitude(self.moment_n_m).filter(|_| self.depth_m.is_none())
     }
 
     /// Time from its onset to its end, s.
@@ -60,10 +63,16 @@ struct ContactSlip {
     strength_drop_n: f64,
 }
 
-/// The area that a contact stands for, m2: its length times the width of the slider, or of the contact over an area.
+/// The area that a contact stands for, m2: its length times the width of the slider, or of the contact over an area; in
+/// a medium times a metre of strike, although a node at the surface has half of it.
 pub(crate) fn contact_area_m2(block_length_m: f64, scenario: &Scenario) -> f64 {
     let slider = &scenario.slider;
-    block_length_m * if slider.is_over_area() { block_length_m } else { slider.width_m }
+    block_length_m
+        * match slider.is_over_area() {
+            true => block_length_m,
+            false if slider.is_in_medium() => 1.0,
+            false => slider.width_m,
+        }
 }
 
 /// Observes a run, and lists its ruptures as a catalogue does.
@@ -73,6 +82,8 @@ pub struct Catalogue {
     contact_area_m2: f64,
     /// The sensors of a recording.
     sensors: Option<Sensors>,
+    /// What gives nodes a depth.
+    medium: Option<Box<Medium>>,
     ruptures: Vec<Rupture>,
     /// Contacts that slid, by rupture; none of a rupture with a contact that has not stopped.
     slips: BTreeMap<u64, Option<Vec<ContactSlip>>>,
@@ -88,6 +99,7 @@ impl Catalogue {
             // Without a scenario no force on a contact is known.
             contact_area_m2: scenario.map_or(f64::NAN, |scenario| contact_area_m2(block_length_m, scenario)),
             sensors: header.sensors.clone(),
+            medium: scenario.filter(|of| of.slider.is_in_medium()).and_then(|of| Plan::new(of).medium),
             ruptures: Vec::new(),
             slips: BTreeMap::new(),
         }
@@ -120,9 +132,12 @@ impl Catalogue {
                 [column - 1, rupture.reach().count()].map(|columns| f64::from(columns) * self.block_length_m);
             columns.into()
         });
+        let depth_m =
+            self.medium.as_ref().map(|medium| medium.depth_m(rupture.nucleation_block as usize - 1));
         Some(Entry {
             moment_n_m,
-            x_m,
+            x_m: depth_m.map_or(x_m, |_| 0.0),
+            depth_m,
             length_m,
             stress_drop_pa: over_area(rupture.mean_shear_force_drop_n),
             slip_weighted_stress_drop_pa: over_area(rupture.slip_weighted_shear_force_drop_n),

@@ -96,6 +96,17 @@ pub struct CurveKeys {
     pub block: Option<u32>,
     /// What friction is drawn against.
     pub against: Against,
+    /// Time between states in which nothing slides, s; by default 5 years.
+    pub every_s: Option<f64>,
+    /// Time between states while something slides, s; by default 1 s.
+    pub event_every_s: Option<f64>,
+}
+
+impl CurveKeys {
+    /// Whether a time is on the axis, s.
+    pub fn is_from_to(&self, time_s: f64) -> bool {
+        self.from_s.is_none_or(|from_s| time_s >= from_s) && self.to_s.is_none_or(|to_s| time_s <= to_s)
+    }
 }
 
 /// What friction of a block is drawn against.
@@ -149,6 +160,7 @@ impl NamedCurves {
     pub fn across(&self, run: &RunData, keys: &CurveKeys) -> &'static str {
         match self.x {
             "block n" if run.of_one_row().is_none() => "column i",
+            "t (s)" if run.unit_of_time().1 == "years" => "t (years)",
             "v (m/s)" if keys.against == Against::Slip || run.plan.friction.weakens() => "slip over D_c",
             across => across,
         }
@@ -198,7 +210,12 @@ impl NamedCurves {
     /// # Errors
     /// In words, what the run lacks.
     pub fn of(&self, run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
-        (self.of)(run, keys)
+        let mut curves = (self.of)(run, keys)?;
+        if self.x == "t (s)" {
+            let (unit_s, _) = run.unit_of_time();
+            curves.iter_mut().flat_map(|curve| &mut curve.points).for_each(|point| point.0 /= unit_s);
+        }
+        Ok(curves)
     }
 }
 

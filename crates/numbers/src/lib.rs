@@ -94,6 +94,7 @@ pub mod run_data;
 mod run_result;
 mod rupture_numbers;
 pub mod rupture_selector;
+mod series;
 pub mod slip_steps;
 pub mod slow_slip;
 pub mod states;

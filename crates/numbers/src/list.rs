@@ -27,6 +27,7 @@ use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::rate_and_state;
 use crate::run_data::{Load, RunEvents};
+use crate::series;
 use crate::slow_slip;
 use crate::statistics::median;
 use crate::theory_residuals::{
@@ -496,6 +497,33 @@ numbers! {
         swing_phase_rad: f64 = Loads |run, loads, _| Some(rate_and_state::swing(run, loads)?[1]);
         /// That amplitude in theory, to first order.
         swing_velocity_theory_ratio: f64 = Events |run, _| rate_and_state::swing_theory(run);
+    }
+    "Series as solved" Robust {
+        /// Number of events in which the largest speed of the blocks is at the event speed or above, by rows of `/series`
+        /// between which its logarithm is linear.
+        series_event_count: u64 = Series |run, of, _| Some(series::events(run, of.0).len() as f64);
+        /// Onset of the event of a number, `near`, counted from 1 and by default that, s.
+        series_event_onset_s: f64 = Series |run, of, near| Some(series::event(run, of, near.unwrap_or(1.0))?.onset_s);
+        /// Time from its onset to its end, s.
+        series_event_duration_s: f64 = Series |run, of, near| {
+            let event = series::event(run, of, near.unwrap_or(1.0))?;
+            Some(event.end_s? - event.onset_s)
+        };
+        /// Time from the onset of the event before it to its onset, s.
+        series_event_recurrence_s: f64 = Series |run, of, near| {
+            let onset_s = |number| Some(series::event(run, of, number)?.onset_s);
+            Some(onset_s(near?)? - onset_s(near? - 1.0)?)
+        };
+        /// Largest speed of a block in it, m/s.
+        series_event_peak_velocity_m_per_s: f64 =
+            Series |run, of, near| Some(series::event(run, of, near.unwrap_or(1.0))?.peak_m_per_s);
+        /// Depth of the node that is fastest at its onset, m; none without a medium.
+        series_event_depth_m: f64 = Series |run, of, near| {
+            let medium = run.plan.medium.as_ref()?;
+            Some(medium.depth_m(series::event(run, of, near.unwrap_or(1.0))?.block as usize - 1))
+        };
+        /// Slip in it of the first block that the series have, m.
+        series_event_slip_m: f64 = Series |run, of, near| series::first_slip_m(run, of, near.unwrap_or(1.0));
     }
 }
 

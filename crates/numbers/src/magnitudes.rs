@@ -15,8 +15,10 @@ pub(crate) struct Magnitudes {
 }
 
 impl Magnitudes {
-    pub(crate) fn take(&mut self, rupture: &Rupture) {
-        self.all.extend(rupture.moment_n_m.and_then(moment_magnitude));
+    /// Adds a rupture, whose moment may be `per_metre` and have no magnitude.
+    pub(crate) fn take(&mut self, rupture: &Rupture, per_metre: bool) {
+        let moment_n_m = rupture.moment_n_m.filter(|_| !per_metre);
+        self.all.extend(moment_n_m.and_then(moment_magnitude));
         if let (Some(radiated_j), Some(released_j)) = (radiated_energy_j(rupture), released_energy_j(rupture))
         {
             self.radiated_j += radiated_j;

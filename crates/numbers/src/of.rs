@@ -5,7 +5,7 @@ use asperity_record::{Arrival, WindowRecord};
 
 use crate::estimate::Estimate;
 use crate::required_data::RequiredData;
-use crate::run_data::{Load, NotKept, OfFronts, OfMotion, RunData, RunEvents};
+use crate::run_data::{Load, NotKept, OfFronts, OfMotion, OfSeries, RunData, RunEvents};
 use crate::states::States;
 
 /// A number of blocks, for numbers of the nearest precursor, the load `F_T / F_N` for numbers at a given
@@ -33,6 +33,8 @@ pub(crate) enum Of {
     Fronts(fn(&RunEvents, OfFronts<'_>) -> Option<Estimate>),
     /// The passage of fronts, and the displacement of blocks.
     Motion(fn(&RunEvents, OfMotion<'_>, Near) -> Option<Estimate>),
+    /// Series as solved.
+    Series(fn(&RunEvents, OfSeries<'_>, Near) -> Option<Estimate>),
 }
 
 impl Of {
@@ -47,6 +49,7 @@ impl Of {
             Of::Arrivals(_) => RequiredData::arrivals(),
             Of::Fronts(_) => RequiredData::fronts(),
             Of::Motion(_) => RequiredData::motion(),
+            Of::Series(_) => RequiredData::series(),
         }
     }
 
@@ -62,6 +65,7 @@ impl Of {
             Of::Arrivals(of) => of(run, run.arrivals()?),
             Of::Fronts(of) => of(run, run.of_fronts()?),
             Of::Motion(of) => of(run, (run.arrivals()?, run.states()?, run.windows()?), near),
+            Of::Series(of) => of(run, run.series()?, near),
         })
     }
 }

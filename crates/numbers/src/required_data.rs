@@ -40,6 +40,8 @@ pub struct RequiredData {
     pub precursor_onsets: bool,
     /// Load drops and noise, of recordings.
     pub measured: bool,
+    /// Series as solved.
+    pub series: bool,
     /// Ruptures of which the samples of all sensors are wanted, which recordings have.
     pub traces: Vec<Film>,
 }
@@ -96,6 +98,7 @@ impl RequiredData {
             arrivals: false,
             precursor_onsets: false,
             measured: false,
+            series: false,
             traces: Vec::new(),
             nodes_at_s: Vec::new(),
             films: Vec::new(),
@@ -106,6 +109,11 @@ impl RequiredData {
     /// How fronts passed.
     pub fn arrivals() -> RequiredData {
         RequiredData { arrivals: true, ..RequiredData::NOTHING }
+    }
+
+    /// Series as solved.
+    pub fn series() -> RequiredData {
+        RequiredData { series: true, ..RequiredData::NOTHING }
     }
 
     /// How fronts passed, and the states that they found.
@@ -120,14 +128,14 @@ impl RequiredData {
 
     /// The inputs of all numbers.
     pub fn all() -> RequiredData {
-        RequiredData::fronts() | RequiredData::motion() | RequiredData::DETACHMENTS
+        RequiredData::fronts() | RequiredData::motion() | RequiredData::DETACHMENTS | RequiredData::series()
     }
 
     /// The parts of a log that must be decoded.
     pub fn topics(&self) -> Topics {
         let moved = self.displacements || !self.displacements_of.is_empty();
         let fields = moved || self.states || !self.states_near_s.is_empty();
-        Topics { steps: true, events: true, fields, windows: self.windows }
+        Topics { steps: true, events: true, fields, windows: self.windows || self.series }
     }
 }
 
@@ -140,6 +148,7 @@ impl BitOrAssign for RequiredData {
         self.arrivals |= other.arrivals;
         self.precursor_onsets |= other.precursor_onsets;
         self.measured |= other.measured;
+        self.series |= other.series;
         self.traces.extend(other.traces);
         self.nodes_at_s.extend(other.nodes_at_s);
         self.films.extend(other.films);

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use asperity_model::{NodeState, Plan, Scenario};
 use asperity_record::{
     Arrival, Direction, Event, FieldRecord, LoadDrop, Noise, Observer, Record, RunEnd, RunHeader, Rupture,
-    SlipEvent, StepRecord, TraceRecord, WindowRecord,
+    Series, SeriesBlock, SlipEvent, StepRecord, TraceRecord, WindowRecord, unit_of_time,
 };
 
 use crate::growth::EventGrowth;
@@ -126,6 +126,10 @@ pub struct RunData {
     pub noise: Vec<Noise>,
     /// What sensors read about the ruptures of which samples are wanted.
     pub traces: Vec<TraceRecord>,
+    /// See [`RunData::series()`].
+    pub series: Vec<Series>,
+    /// See [`RunData::series()`].
+    pub series_blocks: Vec<SeriesBlock>,
 }
 
 impl Deref for RunData {
@@ -147,6 +151,9 @@ pub type OfFronts<'a> = (&'a [Load], &'a States, &'a [Arrival]);
 
 /// Inputs for the motion of blocks that fronts passed: the passage, states, and dense windows.
 pub type OfMotion<'a> = (&'a [Arrival], &'a States, &'a [WindowRecord]);
+
+/// The rows of series of the slider and of chosen blocks.
+pub type OfSeries<'a> = (&'a [Series], &'a [SeriesBlock]);
 
 /// Data that are read but were not in the [`RequiredData`] of the collector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -213,6 +220,15 @@ impl RunData {
     /// If it was not kept.
     pub fn arrivals(&self) -> Result<&[Arrival], NotKept> {
         self.if_kept(self.kept.arrivals, "arrivals", self.arrivals.as_slice())
+    }
+
+    /// The rows of series as solved, of the slider and of the chosen blocks.
+    ///
+    /// # Errors
+    /// If they were not kept.
+    pub fn series(&self) -> Result<OfSeries<'_>, NotKept> {
+        let rows = self.if_kept(self.kept.series, "series", self.series.as_slice())?;
+        Ok((rows, &self.series_blocks))
     }
 
     /// Inputs for the speeds of fronts, see [`RequiredData::fronts`].
@@ -284,6 +300,11 @@ impl RunEvents {
         }
         let course = load.normal_load_n / self.plan.total_normal_load_n;
         Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
+    }
+
+    /// The unit of its times for people: its length in s, and its name.
+    pub fn unit_of_time(&self) -> (f64, &'static str) {
+        unit_of_time(self.plan.grid.time_s(self.header.steps))
     }
 
     /// Whether it is the recording of a laboratory: its scenario is a [stand-in](Scenario::of_recording).
@@ -393,6 +414,8 @@ impl Collector {
             drops: Vec::new(),
             noise: Vec::new(),
             traces: Vec::new(),
+            series: Vec::new(),
+            series_blocks: Vec::new(),
         };
         Collector { run, summarizer, bounded: Vec::new(), most_loads: usize::MAX, traced: Vec::new() }
     }
@@ -533,7 +556,12 @@ impl Observer for Collector {
             Record::Traces(record) if self.traced.contains(&record.rupture) => {
                 self.run.traces.push(record.clone());
             }
-            Record::Row(row) if self.run.kept.measured => self.run.noise.extend(row.values.get().cloned()),
+            Record::Row(row) if self.run.kept.measured || self.run.kept.series => {
+                let (run, values) = (&mut self.run, &row.values);
+                run.noise.extend(values.get().cloned());
+                run.series.extend(values.get().cloned());
+                run.series_blocks.extend(values.get().cloned());
+            }
             _ => {}
         }
     }

@@ -35,6 +35,8 @@ pub struct Summarizer {
     pub(crate) header: RunHeader,
     /// The area that a contact stands for, m2.
     contact_area_m2: Option<f64>,
+    /// Whether moments are per metre of strike.
+    is_in_medium: bool,
     /// The law of precursor lengths for the scenario, and its parameters.
     pub(crate) length_law: Option<(LengthLaw, LengthLawParameters)>,
     /// The plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
@@ -90,6 +92,7 @@ impl Summarizer {
             name: name.to_owned(),
             header: header.clone(),
             contact_area_m2: scenario.map(area_m2),
+            is_in_medium: scenario.is_some_and(|of| of.slider.is_in_medium()),
             // With both ends pulled, F_T is a difference; lattices have no such theory.
             length_law: scenario.and_then(law),
             driven: plan.filter(is_even).map(Box::new),
@@ -130,7 +133,7 @@ impl Summarizer {
         self.overlapping += u64::from(rupture.overlapping);
         self.open += u64::from(rupture.open);
         self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
-        self.magnitudes.take(rupture);
+        self.magnitudes.take(rupture, self.is_in_medium);
         let slip_m = rupture.mean_slip_m.map(|mean_m| mean_m * f64::from(rupture.slipped()));
         self.slip_m = self.slip_m.zip(slip_m).map(|(sum_m, slip_m)| sum_m + slip_m);
         let starts = (rupture.onset_step, rupture.rupture);

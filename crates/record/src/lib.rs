@@ -83,7 +83,7 @@ pub use series::{Series, SeriesBlock};
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
 pub use time::{MOST_STEPS, TimeGrid};
-pub use wording::{GREEK, counted, greek, rounded, short, short_time};
+pub use wording::{GREEK, YEAR_S, counted, greek, rounded, short, short_time, unit_of_time};
 
 /// The most blocks that a scenario, and so a run log, may have.
 pub const MOST_BLOCKS: u64 = 100_000;

@@ -56,7 +56,8 @@ payload! {
         /// block still slid at the end of the run.
         pub potency_m2: Option<f64> [area = "Null; see `potency_m3`."],
         /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of the sizes
-        /// of slip, N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency.
+        /// of slip, N m; of a slab with its shear modulus, `3 E / 8`; in a medium with its shear modulus, per metre of
+        /// strike. Null as the potency.
         pub moment_n_m: Option<f64> [area = "Shear modulus times the potency, N m; null as the potency."],
         /// Strength before less resistance after: mean fall of the tangential force on a block, without friction,
         /// from its detachment to its re-attachment, in the direction of that force at the detachment, N; null if one

@@ -4,7 +4,7 @@ use crate::payload;
 
 payload! {
     topic: "/series",
-    table: "series",
+    table: "series" [derive = Default],
     /// The slider where an accepted step of the adaptive solver ends, as solved.
     pub struct Series {
         /// The last step of the grid up to there.
@@ -19,14 +19,14 @@ payload! {
         pub v_max_m_per_s: f64,
         /// The block that has it.
         pub v_max_block: u32 [role = Place],
-        /// Moment rate `k a sum_n V_n`, N m/s.
+        /// Moment rate `k a sum_n V_n`, N m/s; in a medium `mu dz sum_n V_n`, per metre of strike.
         pub moment_rate_n_m_per_s: f64,
     }
 }
 
 payload! {
     topic: "/series_block",
-    table: "series_block",
+    table: "series_block" [derive = Default],
     /// One of the chosen blocks there.
     pub struct SeriesBlock {
         /// The last step of the grid up to there.

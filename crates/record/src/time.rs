@@ -87,10 +87,11 @@ impl TimeGrid {
     }
 
     /// The time at the end of `step` in nanoseconds: exact where
-    /// [`TimeGrid::step_ns`] is a whole number, rounded elsewhere.
+    /// [`TimeGrid::step_ns`] is a whole number, rounded elsewhere. Times from 584 years on are all the largest that files
+    /// can give.
     pub fn time_ns(&self, step: u64) -> u64 {
         match self.step_ns() {
-            Some(step_ns) => step * step_ns,
+            Some(step_ns) => step.saturating_mul(step_ns),
             None => (step as f64 * self.step_s * 1e9).round() as u64,
         }
     }

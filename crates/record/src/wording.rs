@@ -1,5 +1,14 @@
 //! Counts and numbers as words for people. Tables, logs and JSON have all digits.
 
+/// A year of 365.25 days, s.
+pub const YEAR_S: f64 = 31_557_600.0;
+
+/// The unit in which people are told times of a run that lasts so long: its length in s, and its name. Years from three of
+/// them on.
+pub fn unit_of_time(duration_s: f64) -> (f64, &'static str) {
+    if duration_s >= 3.0 * YEAR_S { (YEAR_S, "years") } else { (1.0, "s") }
+}
+
 /// A number and its thing, in the plural unless there is one: `1 slip event`, `2 switches`.
 pub fn counted(count: u64, thing: &str) -> String {
     let ending = match count {

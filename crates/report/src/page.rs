@@ -74,7 +74,7 @@ impl Study {
         Document {
             title: self.title.clone(),
             main: main + &footer(&self.made()),
-            data: self.runs.iter().map(runs::data).collect(),
+            data: self.runs.iter().map(|run| runs::data(run, &self.runs)).collect(),
             parts: &parts,
         }
         .html()

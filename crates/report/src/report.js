@@ -31,7 +31,10 @@
   const onset = (k) => seconds(ruptures[k][ONSET]);
   // What is open lasted at least until the last step that went by.
   const end = (k) => seconds(ruptures[k][END] ?? run.last);
-  const until = (t) => (t !== null ? `${time(seconds(t))} s` : run.lacks ? "the last step of the log" : "the run's end");
+  const unit = () => run.unit ?? "s";
+  // On a fault line, in km.
+  const depth = (block) => digits(run.depth[0] + (block - 1) * run.depth[1], 6);
+  const until = (t) => (t !== null ? `${time(seconds(t))} ${unit()}` : run.lacks ? "the last step of the log" : "the run's end");
   const blocks = (k) => ruptures[k][LAST] - ruptures[k][FIRST] + 1;
   const drop = (k) => (ruptures[k][TO] === null ? null : ruptures[k][FROM] - ruptures[k][TO]);
   const front = (k) => (ruptures[k][SPEED] === null || !run.c ? null : ruptures[k][SPEED] / run.c);
@@ -39,6 +42,7 @@
   const digits = (value, n) => (value === null ? null : Number(value.toPrecision(n)).toString());
   // To the step: with as many decimals as the length of a step has, as long as doubles have them.
   const time = (t) => {
+    if (run.unit) return t.toFixed(6);
     const [digits, power] = run.dt.toExponential().split("e");
     return t.toFixed(Math.min(15, Math.max(0, digits.replace(".", "").length - 1 - Number(power))));
   };
@@ -50,13 +54,15 @@
     const r = ruptures[k], what = r[OPEN] ? `${WORDS[r[KIND]]}, open at the end of the run` : WORDS[r[KIND]];
     const parts = [
       `Rupture ${r[NUMBER]}, ${what}`,
-      `${time(onset(k))} s to ${until(r[END])}`,
-      `${places()} ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}${run.area ? `; ${run.area.slipped[k]} contacts` : ""}`,
+      `${time(onset(k))} ${unit()} to ${until(r[END])}`,
+      run.depth
+        ? `depths ${depth(r[FIRST])} to ${depth(r[LAST])} km, first sliding at ${depth(r[NUCLEATION])} km`
+        : `${places()} ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}${run.area ? `; ${run.area.slipped[k]} contacts` : ""}`,
       `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
     if (front(k) !== null) parts.push(`front at ${digits(front(k), 4)} c`);
     if (!r[FRONT]) parts.push("its front is not on this page");
-    if (r[SLIP] !== null) parts.push(`mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
+    if (r[SLIP] !== null) parts.push(run.depth ? `mean slip ${digits(r[SLIP], 4)} m` : `mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
     return parts;
   }
 
@@ -85,7 +91,8 @@
     words(_, k) {
       if (k < ruptures.length) return words(k).join("\n");
       const [from, to, first, last] = run.events[k - ruptures.length];
-      return `slip event\n${time(seconds(from))} s to ${until(to)}\n${places()} ${first} to ${last}`;
+      const where = run.depth ? `depths ${depth(first)} to ${depth(last)} km` : `${places()} ${first} to ${last}`;
+      return `slip event\n${time(seconds(from))} ${unit()} to ${until(to)}\n${where}`;
     },
     pick: (_, k) => { if (k < ruptures.length) pick(k); },
     key: steer,
@@ -257,20 +264,23 @@
   box.addEventListener("keydown", map.key);
 
   const column = (name, title, value, text, number = true) => ({ name, title, value, text, number });
+  // Of all runs of the page.
+  const { places: placesTitle, unit: timeUnit = "s" } = byId("ruptures").dataset, isLong = timeUnit === "years", isByDepth = placesTitle.startsWith("depth");
+  const lasted = (k) => (end(k) - onset(k)) * (isLong ? 31557600 : 1e3);
   const list = asperity.longTable(byId("ruptures"), {
     label: "Ruptures of the run",
     sorted: "onset",
     columns: [
       column("number", "rupture", (k) => ruptures[k][NUMBER], (k) => String(ruptures[k][NUMBER])),
       column("kind", "kind", (k) => ruptures[k][KIND], (k) => WORDS[ruptures[k][KIND]], false),
-      column("onset", "onset (s)", onset, (k) => time(onset(k))),
-      column("duration", "duration (ms)", (k) => (ruptures[k][END] === null ? null : end(k) - onset(k)), (k) => (ruptures[k][END] === null ? null : digits((end(k) - onset(k)) * 1e3, 4))),
-      column("blocks", byId("ruptures").dataset.places, blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
-      column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => String(ruptures[k][NUCLEATION])),
+      column("onset", `onset (${timeUnit})`, onset, (k) => time(onset(k))),
+      column("duration", isLong ? "duration (s)" : "duration (ms)", (k) => (ruptures[k][END] === null ? null : lasted(k)), (k) => (ruptures[k][END] === null ? null : digits(lasted(k), 4))),
+      column("blocks", placesTitle, blocks, (k) => (run.depth ? `${depth(ruptures[k][FIRST])}–${depth(ruptures[k][LAST])}` : `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`)),
+      column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => (run.depth ? depth(ruptures[k][NUCLEATION]) : String(ruptures[k][NUCLEATION]))),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
       column("front", "v/c", front, (k) => digits(front(k), 4)),
-      column("slip", "mean slip (µm)", (k) => ruptures[k][SLIP], (k) => (ruptures[k][SLIP] === null ? null : digits(ruptures[k][SLIP] * 1e6, 3))),
+      column("slip", `mean slip (${isByDepth ? "m" : "µm"})`, (k) => ruptures[k][SLIP], (k) => (ruptures[k][SLIP] === null ? null : digits(ruptures[k][SLIP] * (isByDepth ? 1 : 1e6), 3))),
     ],
     pick,
     key: steer,
@@ -312,7 +322,7 @@
     choice.value = name;
     const count = ruptures.length + run.events.length;
     const panel = {
-      title: places().slice(0, -1), count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
+      title: run.depth ? "depth (km)" : places().slice(0, -1), count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
       last: new Int32Array(count), look: new Uint8Array(count),
     };
     for (const [n, one] of [...ruptures, ...run.events].entries()) {
@@ -327,7 +337,7 @@
     if (plot) { plot.destroy(); plot = null; }
     map.show({
       front: (_, k) => (k < ruptures.length ? passed(k) : null),
-      name, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
+      name, unit: run.unit, depth: run.depth, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
       shown: (_, k) => (k < ruptures.length ? isShown(k) : withEvents.checked),
     });
     plotted();

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use asperity_model::body::medium::FirstNode;
 use asperity_model::scenario::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::text::what_marks_mean;
 use asperity_numbers::{Summary, front_speed_m_per_s};
-use asperity_record::rounded as round;
+use asperity_record::{rounded as round, unit_of_time};
 use serde::Serialize;
 
 use crate::claims::{beside, link};
@@ -18,7 +19,7 @@ use crate::over_area::{self, OverArea};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
-use crate::symbols::{lettered, number, rounded};
+use crate::symbols::{lettered, number, time};
 use crate::verdict::{SPEED_DIGITS, verdict};
 
 /// Most ruptures of a run described in words.
@@ -47,7 +48,13 @@ struct Known<'a> {
     /// Whether they are the sensors of a recording.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     sensors: bool,
-    /// Length of a step, s.
+    /// What times are told in, if not in s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<&'static str>,
+    /// On a fault line: depth of the first node, and from one to the next, km.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth: Option<[f64; 2]>,
+    /// Length of a step, in that unit.
     dt: f64,
     /// The last step that went by: a run may stop before it was planned to, and a log break off.
     last: u64,
@@ -80,8 +87,20 @@ type RuptureRow =
 /// the first after its last.
 type Front = (Vec<u64>, Vec<Option<u64>>);
 
-/// The script element of a run: attributes and content.
-pub(crate) fn data(run: &Run) -> (String, String) {
+/// The unit in which all of these runs are told their times, with its length, s.
+fn unit_of(runs: &[Run]) -> (f64, &'static str) {
+    let durations = runs.iter().map(|run| run.header.time_grid().time_s(run.header.steps));
+    unit_of_time(durations.fold(f64::INFINITY, f64::min))
+}
+
+/// Whether all of them are fault lines, along which places are depths.
+fn are_lines(runs: &[Run]) -> bool {
+    runs.iter().all(|run| run.scenario.slider.is_in_medium())
+}
+
+/// The script element of one of the runs: attributes and content.
+pub(crate) fn data(run: &Run, all: &[Run]) -> (String, String) {
+    let (unit_s, unit) = unit_of(all);
     let digits = |value: f64| round(value, 6);
     let contacts = run.header.contacts();
     let row = |seen: &CollectedRupture| -> RuptureRow {
@@ -93,7 +112,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             rupture.first_block,
             rupture.last_block,
             contacts.column(rupture.nucleation_block),
-            kind(seen).0,
+            kind(run, seen).0,
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
@@ -111,7 +130,9 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         blocks: contacts.columns(),
         rows: contacts.is_area().then(|| contacts.rows()),
         sensors: run.header.parts().recording,
-        dt: run.header.time_step_s,
+        unit: Some(unit).filter(|unit| *unit != "s"),
+        depth: Line::of(run).map(|line| [line.0[0], line.0[1]]).filter(|_| are_lines(all)),
+        dt: run.header.time_step_s / unit_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
@@ -144,9 +165,29 @@ fn last_step(run: &Run) -> u64 {
     ruptures.chain(events).fold(simulated.max(curve), u64::max)
 }
 
-/// The kind of a rupture: its number and its word.
-fn kind(seen: &CollectedRupture) -> (u8, &'static str) {
-    if seen.rupture.reached_every_block {
+/// A fault line: the depth of its first node, and from one to the next, km.
+pub(crate) struct Line([f64; 2]);
+
+impl Line {
+    /// Of a run, if it is of one.
+    pub(crate) fn of(run: &Run) -> Option<Line> {
+        let spacing_km = run.scenario.slider.spacing_m() / 1e3;
+        let first = if run.scenario.medium.first_node == FirstNode::HalfCell { 0.5 } else { 0.0 };
+        run.scenario.slider.is_in_medium().then_some(Line([first * spacing_km, spacing_km]))
+    }
+
+    /// The depth of a node, counted from 1, km.
+    pub(crate) fn km(&self, node: u32) -> String {
+        let Line([first_km, spacing_km]) = self;
+        number(round(first_km + f64::from(node - 1) * spacing_km, 6))
+    }
+}
+
+/// The kind of a rupture: its number and its word. On a fault line none of them begins at a driven end.
+fn kind(run: &Run, seen: &CollectedRupture) -> (u8, &'static str) {
+    if run.scenario.slider.is_in_medium() {
+        (0, "rupture")
+    } else if seen.rupture.reached_every_block {
         (2, "global slip")
     } else if seen.is_precursor {
         (1, "precursor")
@@ -198,6 +239,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
     }
     let place = match runs.iter().all(|run| run.header.parts().recording) {
         true => "sensor",
+        false if are_lines(runs) => "node",
         false if over_area::is_needed(runs) => "column",
         false => "block",
     };
@@ -246,8 +288,10 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          lets it go; Shift with ← and → moves, + and − zoom, 0 shows the whole run.</span> Drag to move the map, or across \
          the curve to zoom; the wheel zooms once the picture has been clicked. <span id=\"held\"></span></p>\n\
          <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
-         <div id=\"ruptures\" class=\"long needs-script\" data-places=\"{place}s\"></div>\n\
+         <div id=\"ruptures\" class=\"long needs-script\" data-places=\"{places}\"{unit}></div>\n\
          <div id=\"hover\" aria-hidden=\"true\"></div>\n",
+        places = if are_lines(runs) { "depth (km)".to_owned() } else { format!("{place}s") },
+        unit = if unit_of(runs).1 == "s" { "" } else { " data-unit=\"years\"" },
         over_area = over_area::place_of_script(runs),
         ratio = lettered("F_T/F_N")
     )
@@ -317,10 +361,13 @@ fn in_short(summary: &Summary) -> String {
     // By its digits and not by decimals: short runs slip within microseconds.
     let onset = summary
         .first_global_rupture_onset_s
-        .map(|onset| format!("first global slip at {} s", rounded(onset, 5)));
+        .map(|onset| format!("first global slip at {}", time(onset, summary.simulated_s)));
     let parts = [
         counted(Some(summary.blocks.into()), if summary.of_recording.is_some() { "sensor" } else { "block" })
-            .map(|blocks| format!("{blocks}, {} s", number(summary.simulated_s))),
+            .map(|blocks| match unit_of_time(summary.simulated_s).1 {
+                "s" => format!("{blocks}, {} s", number(summary.simulated_s)),
+                _ => format!("{blocks}, {}", time(summary.simulated_s, summary.simulated_s)),
+            }),
         counted(summary.rupture_count, "rupture"),
         counted(summary.precursor_count, "precursor"),
         onset.or_else(|| Some("no slip of the whole slider".to_owned())),
@@ -337,6 +384,8 @@ fn widest(run: &Run) -> String {
         return String::new();
     }
     let c_m_per_s = run.summary.wave_speed_m_per_s;
+    let (unit_s, unit) = unit_of_time(run.summary.simulated_s);
+    let line = Line::of(run);
     let over_c = |speed: Option<f64>| speed.zip(c_m_per_s).map(|(speed, c)| speed / c);
     let rows = widest.into_iter().map(|seen| {
         let rupture = &seen.rupture;
@@ -348,16 +397,23 @@ fn widest(run: &Run) -> String {
         let [length, length_error] = run.header.length_ratio(rupture.last_block);
         Row::from(vec![
             Cell::number(rupture.rupture),
-            Cell::text(kind(seen).1),
-            Cell::number(rupture.onset_s),
-            Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
+            Cell::text(kind(run, seen).1),
+            if unit_s == 1.0 {
+                Cell::number(rupture.onset_s)
+            } else {
+                Cell::rounded(Some(rupture.onset_s / unit_s), 8)
+            },
+            Cell::text(match &line {
+                Some(line) => format!("{} to {}", line.km(rupture.first_block), line.km(rupture.last_block)),
+                None => format!("{} to {}", rupture.first_block, rupture.last_block),
+            }),
             Cell::estimate(Some(rupture.ft_fn_onset), rupture.ft_fn_error, 4),
             match run.header.parts().recording {
                 true => Cell::estimate(Some(length), Some(length_error), 3),
                 false => Cell::rounded(drop.map(|drop| drop * 1e3), 3),
             },
             Cell::estimate(over_c(speed), over_c(error), SPEED_DIGITS),
-            Cell::rounded(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
+            Cell::rounded(rupture.mean_slip_m.map(|slip| slip * if line.is_some() { 1.0 } else { 1e6 }), 3),
         ])
     });
     let [ratio, length] = ["#F_T/F_N", "#L_p/L"].map(lettered);
@@ -365,9 +421,12 @@ fn widest(run: &Run) -> String {
     let (places, fifth) = match (parts.recording, parts.area) {
         (true, _) => ("sensors", &*length),
         (_, true) => ("columns", "#drop (10⁻³)"),
+        _ if line.is_some() => ("depth (km)", "#drop (10⁻³)"),
         _ => ("blocks", "#drop (10⁻³)"),
     };
-    let headings = ["#rupture", "kind", "#onset (s)", places, &ratio, fifth, "#v/c", "#mean slip (µm)"];
+    let (onset, slip) =
+        (format!("#onset ({unit})"), if line.is_some() { "#mean slip (m)" } else { "#mean slip (µm)" });
+    let headings = ["#rupture", "kind", &onset, places, &ratio, fifth, "#v/c", slip];
     let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),

@@ -1,6 +1,6 @@
 //! Symbols and numbers as they are printed.
 
-use asperity_record::{GREEK, greek};
+use asperity_record::{GREEK, greek, unit_of_time};
 
 use crate::html::markup::text;
 
@@ -20,6 +20,13 @@ pub(crate) fn symbol(written: &str) -> String {
         return "<i>η</i>/√(<i>km</i>)".to_owned();
     }
     written.split(' ').map(part).collect::<String>()
+}
+
+/// A time of a run that lasts so long, with its unit, by its digits and not by decimals: short runs slip within
+/// microseconds.
+pub(crate) fn time(time_s: f64, duration_s: f64) -> String {
+    let (unit_s, unit) = unit_of_time(duration_s);
+    format!("{} {unit}", rounded(time_s / unit_s, 5))
 }
 
 /// Words with formulas between dollar signs, as the source writes them, as HTML. Words without any that

@@ -3,14 +3,20 @@
 use crate::html::markup::{counted, text};
 use crate::measured::{are_forces, fell};
 use crate::page_collector::CollectedRupture;
+use crate::runs::Line;
 use crate::study::Run;
-use crate::symbols::rounded;
+use crate::symbols::{rounded, time};
 
 /// The verdict on a run: four answers, each with its question; of forces alone how they fell.
 pub(crate) fn verdict(run: &Run) -> String {
+    // No rupture reaches the end of a fault line, nor does it begin at a driven end.
+    let [first, second] = Line::of(run).map_or_else(
+        || [("first global slip", global_slip(run)), ("precursors", precursors(run))],
+        |line| [("first rupture", first_rupture(run, &line)), ("ruptures", widest(run, &line))],
+    );
     let answers = [
-        ("first global slip", global_slip(run)),
-        ("precursors", precursors(run)),
+        first,
+        second,
         ("front speed", front_speed(run)),
         if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
     ];
@@ -43,16 +49,40 @@ fn global_slip(run: &Run) -> [String; 2] {
                 .first_global_rupture_ft_fn
                 .map(|load| format!("at {ratio} = {}{coefficient}", rounded(load, 4)));
             let front = link(run, |seen| seen.rupture.reached_every_block);
-            [format!("{} s", rounded(onset_s, 5)), [load.unwrap_or_default(), front].concat()]
+            [time(onset_s, summary.simulated_s), [load.unwrap_or_default(), front].concat()]
         }
         (None, Some(_)) => {
             let reached = summary.largest_ft_fn.map_or_else(String::new, |load| {
                 format!("; {ratio} reached {}{coefficient}", rounded(load, 4))
             });
-            ["none".to_owned(), format!("in {} s{reached}", rounded(summary.simulated_s, 5))]
+            ["none".to_owned(), format!("in {}{reached}", time(summary.simulated_s, summary.simulated_s))]
         }
         (None, None) => ["unknown".to_owned(), NO_RUPTURES.to_owned()],
     }
+}
+
+fn first_rupture(run: &Run, line: &Line) -> [String; 2] {
+    let simulated_s = run.summary.simulated_s;
+    match run.collected.ruptures.first().map(|seen| &seen.rupture) {
+        Some(first) => {
+            let front = link(run, |seen| seen.rupture.rupture == first.rupture);
+            let at = format!("at a depth of {} km{front}", line.km(first.nucleation_block));
+            [time(first.onset_s, simulated_s), at]
+        }
+        None => ["none".to_owned(), format!("in {}", time(simulated_s, simulated_s))],
+    }
+}
+
+fn widest(run: &Run, line: &Line) -> [String; 2] {
+    let Some(count) = run.summary.rupture_count else {
+        return ["unknown".to_owned(), NO_RUPTURES.to_owned()];
+    };
+    let widest = run.collected.ruptures.iter().map(|seen| &seen.rupture).max_by_key(|one| one.slipped());
+    let reach = widest.map(|one| {
+        let [from, to] = [one.first_block, one.last_block].map(|node| line.km(node));
+        format!("the widest from {from} km to {to} km")
+    });
+    [count.to_string(), reach.unwrap_or_default()]
 }
 
 fn precursors(run: &Run) -> [String; 2] {

@@ -207,7 +207,7 @@ impl RunReader {
             let gaps = metadata::gaps_from_map(salvage)?;
             let first_step = gaps.first().and_then(|gap| gap.before_step);
             self.salvage = Some(Gaps {
-                first_ns: first_step.and_then(|step| agree::time_ns(&header, step)).unwrap_or(u64::MAX),
+                first_ns: first_step.map_or(u64::MAX, |step| header.time_grid().time_ns(step)),
                 says_lost: metadata::says_lost(salvage),
                 is_passed: false,
             });

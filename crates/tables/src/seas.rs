@@ -1,80 +1,179 @@
-//! Series as solved, in the text files of the SEAS benchmarks (`fltst_bNNN.txt` of a block, `global.txt`), while a log is
-//! read: comments, the names of the columns, and a line for each recorded step of the solver.
+//! Series as solved, in the text files of the SEAS benchmarks, while a log is read: comments, the names of the columns,
+//! and a line for each recorded step of the solver. A block has `fltst_bNNN.txt`, the slider `global.txt`; on a fault
+//! line in a medium a station has `fltst_dpXXX`, by its depth in units of 100 m, and all nodes `devol.dat`, with a line
+//! for each of their recorded states.
+//!
+//! Comments tell the shortest and longest step, which only the end of the log knows, so lines wait until then.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use asperity_files::{FileError, FileSet, UntilRefused};
-use asperity_model::Scenario;
-use asperity_record::{Observer, Record, RunHeader, Series, SeriesBlock};
+use asperity_files::{FileError, FileSet, Spool, UntilRefused, spool};
+use asperity_model::{Plan, Scenario};
+use asperity_record::{Observer, Record, RunHeader, Series, SeriesBlock, rounded};
 
-/// Units and names of the columns, of the slider and of a block.
+/// Units and names of the columns, of the slider, of a block, and of all nodes.
 const GLOBAL: &str = "# s, log10 of m/s, N m/s\nt max_slip_rate moment_rate";
 const BLOCK: &str = "# s, m, log10 of m/s, MPa, log10 of theta in s\nt slip slip_rate shear_stress state";
+const NODES: &str =
+    "# s, log10 of m/s, m at each depth; the first line has these depths, in m\nz\nt max_slip_rate slip";
+
+/// Lines beyond this size wait in a file.
+const IN_MEMORY_BYTES: usize = 1 << 20;
 
 /// The files of one run.
 pub struct Seas {
+    header: RunHeader,
+    plan: Plan,
+    width_m: f64,
     /// By block; 0 is the whole slider.
-    files: BTreeMap<u32, (PathBuf, BufWriter<UntilRefused<File>>)>,
-    /// Area of a block, over which its friction is the shear stress, m2.
-    area_m2: f64,
+    files: BTreeMap<u32, (PathBuf, BufWriter<Spool>)>,
+    /// The shortest and the longest step that was recorded, s, and the number of the last one.
+    steps: (f64, f64, u64),
+    /// The time of the last state, s.
+    last_state_s: f64,
+    failed: Option<io::Error>,
 }
 
 impl Seas {
     /// Begins the files of a run in a folder, as files of a set.
     ///
     /// # Errors
-    /// If a file cannot be written.
+    /// If a file cannot have its name.
     pub fn begin(run: &RunHeader, of: &Scenario, files: &FileSet, out: &Path) -> Result<Seas, FileError> {
-        let length_m = run.scales.block_length_m;
-        let begin = |block: u32| {
-            let (name, columns) = match block {
-                0 => ("global.txt".to_owned(), GLOBAL),
-                _ => (format!("fltst_b{block:03}.txt"), BLOCK),
-            };
-            let path = out.join(name);
-            let mut file = BufWriter::new(UntilRefused::new(files.create(&path)?));
-            let RunHeader { scenario, code_version, blocks, .. } = run;
-            let head =
-                format!("# problem={scenario:?}\n# code=asperity\n# version={code_version}\n# element_size=");
-            let written =
-                writeln!(file, "{head}{length_m} m\n# location=block {block} of {blocks}\n{columns}");
-            written.map_err(FileError::io(&path))?;
-            Ok((block, (path, file)))
+        let plan = Plan::new(of);
+        let name = |block: u32| match (&plan.medium, block.checked_sub(1)) {
+            (None, None) => "global.txt".to_owned(),
+            (None, Some(_)) => format!("fltst_b{block:03}.txt"),
+            (Some(_), None) => "devol.dat".to_owned(),
+            // To six digits, or 2400 m might be 23.999999999999996.
+            (Some(medium), Some(n)) => {
+                let hundreds = rounded(medium.depth_m(n as usize) / 100.0, 6).to_string();
+                format!("fltst_dp{hundreds:0>3}")
+            }
         };
-        let blocks = of.recording.series_blocks.iter().map(|block| *block as u32);
-        let files = std::iter::once(0).chain(blocks).map(begin).collect::<Result<_, FileError>>()?;
-        Ok(Seas { files, area_m2: length_m * of.slider.width_m })
+        let blocks = plan.recording.series_blocks.iter().map(|n| *n as u32 + 1);
+        let named: BTreeMap<u32, PathBuf> =
+            std::iter::once(0).chain(blocks).map(|block| (block, out.join(name(block)))).collect();
+        files.reserve(named.values().cloned())?;
+        let begun = named
+            .into_iter()
+            .map(|(block, path)| (block, (path, BufWriter::new(spool(IN_MEMORY_BYTES)))))
+            .collect();
+        let mut seas = Seas {
+            header: run.clone(),
+            plan,
+            width_m: of.slider.width_m,
+            files: begun,
+            steps: (f64::INFINITY, 0.0, 0),
+            last_state_s: f64::NEG_INFINITY,
+            failed: None,
+        };
+        if let Some(medium) = seas.plan.medium.clone() {
+            let depths = (0..medium.nodes()).map(|n| medium.depth_m(n));
+            seas.line(0, 0.0, [0.0].into_iter().chain(depths));
+        }
+        Ok(seas)
     }
 
-    /// Ends the files, and returns their paths.
+    /// Writes the files, and returns their paths.
     ///
     /// # Errors
     /// If a file could not be written.
-    pub fn finish(self) -> Result<Vec<PathBuf>, FileError> {
-        let files = self.files.into_values();
-        files.map(|(path, mut file)| file.flush().map_err(FileError::io(&path)).map(|()| path)).collect()
+    pub fn finish(mut self, files: &FileSet) -> Result<Vec<PathBuf>, FileError> {
+        let lines = std::mem::take(&mut self.files).into_iter();
+        lines
+            .map(|(block, (path, lines))| {
+                let written = match self.failed.take() {
+                    Some(error) => Err(error),
+                    None => {
+                        files.create(&path).map(|file| self.write(block, lines, UntilRefused::new(file)))?
+                    }
+                };
+                written.map_err(FileError::io(&path)).map(|()| path)
+            })
+            .collect()
     }
+
+    /// Writes a file: its comments, and the lines that have waited.
+    fn write(&self, block: u32, lines: BufWriter<Spool>, file: impl Write) -> io::Result<()> {
+        let RunHeader { scenario, code_version, blocks, scales, .. } = &self.header;
+        let (shortest_s, longest_s, count) = self.steps;
+        let mut file = BufWriter::new(file);
+        // Whoever submits them knows author and date; a log has no clock.
+        writeln!(
+            file,
+            "# problem={scenario:?}\n# author=\n# date=\n# code=asperity\n# version={code_version}"
+        )?;
+        writeln!(file, "# element_size={} m\n# minimum_time_step={shortest_s:.6e}", scales.block_length_m)?;
+        writeln!(file, "# maximum_time_step={longest_s:.6e}\n# num_time_steps={count}")?;
+        let (location, columns) = match (&self.plan.medium, block) {
+            (Some(medium), 0) => (format!("on fault, {} nodes", medium.nodes()), NODES),
+            (Some(medium), _) => {
+                (format!("on fault, {} km depth", medium.depth_m(block as usize - 1) / 1e3), BLOCK)
+            }
+            (None, 0) => (format!("block 0 of {blocks}"), GLOBAL),
+            (None, _) => (format!("block {block} of {blocks}"), BLOCK),
+        };
+        writeln!(file, "# location={location}\n{columns}")?;
+        let mut lines = lines.into_inner().map_err(io::IntoInnerError::into_error)?;
+        lines.rewind()?;
+        io::copy(&mut lines, &mut file)?;
+        file.flush()
+    }
+
+    fn line(&mut self, block: u32, time_s: f64, values: impl Iterator<Item = f64>) {
+        let Some((_, file)) = self.files.get_mut(&block) else { return };
+        let values: String = values.map(|value| format!(" {value:14.6e}")).collect();
+        let written = writeln!(file, "{time_s:21.13e}{values}");
+        // The end tells of it.
+        self.failed = self.failed.take().or(written.err());
+    }
+
+    /// All nodes of a fault line, of which a step may have two records.
+    fn state(&mut self, time_s: f64, slip_m: &[f64], velocity_m_per_s: &[f64]) {
+        if self.plan.medium.is_some() && time_s > self.last_state_s {
+            self.last_state_s = time_s;
+            let fastest = velocity_m_per_s.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            self.line(0, time_s, [log10(fastest)].into_iter().chain(slip_m.iter().copied()));
+        }
+    }
+
+    /// The area over which the friction of a block is the shear stress, m2; in a medium that of a metre of strike.
+    fn area_m2(&self, block: u32) -> f64 {
+        let of_chain = || self.header.scales.block_length_m * self.width_m;
+        self.plan.medium.as_ref().map_or_else(of_chain, |medium| medium.cell_m(block as usize - 1))
+    }
+}
+
+/// Of 0 there is no logarithm.
+fn log10(value: f64) -> f64 {
+    value.abs().max(f64::MIN_POSITIVE).log10()
 }
 
 impl Observer for Seas {
     fn record(&mut self, record: &Record) {
-        let Record::Row(row) = record else { return };
-        // Of 0 there is no logarithm.
-        let log10 = |value: f64| value.abs().max(f64::MIN_POSITIVE).log10();
-        let (block, values) = match (row.values.get::<Series>(), row.values.get::<SeriesBlock>()) {
-            (Some(at), _) => (0, vec![log10(at.v_max_m_per_s), at.moment_rate_n_m_per_s]),
-            (_, Some(at)) => {
-                let stress_mpa = at.friction_n / self.area_m2 / 1e6;
-                (at.block, vec![at.slip_m, log10(at.velocity_m_per_s), stress_mpa, log10(at.theta_s)])
+        match record {
+            Record::Row(row) => {
+                if let Some(at) = row.values.get::<Series>() {
+                    let (shortest_s, longest_s, _) = self.steps;
+                    self.steps = (shortest_s.min(at.step_s), longest_s.max(at.step_s), at.solver_step);
+                    if self.plan.medium.is_none() {
+                        let values = [log10(at.v_max_m_per_s), at.moment_rate_n_m_per_s];
+                        self.line(0, at.time_s, values.into_iter());
+                    }
+                } else if let Some(at) = row.values.get::<SeriesBlock>() {
+                    let stress_mpa = at.friction_n / self.area_m2(at.block) / 1e6;
+                    let values = [at.slip_m, log10(at.velocity_m_per_s), stress_mpa, log10(at.theta_s)];
+                    self.line(at.block, at.time_s, values.into_iter());
+                }
             }
-            _ => return,
-        };
-        let Some((_, file)) = self.files.get_mut(&block) else { return };
-        let values: String = values.iter().map(|value| format!(" {value:14.6e}")).collect();
-        // The end tells of what was refused.
-        writeln!(file, "{:21.13e}{values}", row.time_s).ok();
+            Record::Fields(at) => self.state(at.time_s, &at.displacement_m, &at.velocity_m_per_s),
+            Record::Window(at) if at.window as usize == self.plan.recording.windows.len() => {
+                self.state(at.time_s, &at.displacement_m, &at.velocity_m_per_s);
+            }
+            _ => {}
+        }
     }
 }

@@ -521,7 +521,7 @@ impl Panel {
                         (x.round() as i32, y.round() as i32)
                     });
                     // With a pixel more at the right and below, the shortest slips are seen on a smaller page.
-                    ((left, top), (right + 1, bottom + 1), *colour)
+                    ((left, top.min(bottom)), (right + 1, top.max(bottom) + 1), *colour)
                 });
                 page.raster(&cells.collect::<Vec<_>>());
             }

@@ -4,6 +4,7 @@
 use asperity_numbers::curve::{Curve, CurveKeys, NamedCurves, Role};
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
+use asperity_record::YEAR_S;
 use plotters::prelude::RGBColor;
 use serde::{Deserialize, Deserializer, de};
 use serde_json::{Map, Value};
@@ -11,6 +12,7 @@ use serde_json::{Map, Value};
 use super::kind::{Figure, Labelled, keys, level_look, not_both, one_or_several, overlaid};
 use super::scale::Scale;
 use super::sheet::{BLUE, Dash, GREY, INK, Layer, Layout, Panel, Pen, RED, Shape, Sheet};
+use crate::spec::{Measured, MeasuredFile};
 
 keys! {
     CurveFigure;
@@ -28,6 +30,12 @@ keys! {
     /// In place of `run` several, each with its label in the legend.
     #[serde(default)]
     series: Vec<Labelled>,
+    /// A CSV file of points to compare with the upper quantity, drawn as diamonds with bars of errors: columns `x` and `y`,
+    /// or called as the axes are, time in years, each optionally with a column NAME_error. Its path is relative to this
+    /// file.
+    pub(super) measured: Option<MeasuredFile>,
+    /// What the legend calls them; by default the name of their file.
+    measured_label: Option<String>,
 }
 
 fn named<'de, D: Deserializer<'de>>(name: D) -> Result<&'static NamedCurves, D::Error> {
@@ -47,7 +55,18 @@ impl Figure for CurveFigure {
 
     fn check(&self) -> Result<(), String> {
         not_both(&self.run, &self.series)?;
-        self.keys().map(drop)
+        self.keys()?;
+        self.measured().map(drop)
+    }
+
+    fn measured(&self) -> Result<Option<Measured>, String> {
+        let (x, y) = (self.curve.x.replace("t (s)", "t (years)"), self.curve.y[0]);
+        let axes = [(["x", &x], false), (["y", y], LOGARITHMIC.contains(&y))];
+        let (keys, unit_s) = (self.keys()?, if x == self.curve.x { 1.0 } else { YEAR_S });
+        let mut measured = MeasuredFile::points(&self.measured, &self.measured_label, axes)?;
+        let is_shown = |[x, _]: &[[f64; 2]; 2]| keys.is_from_to(x[0] * unit_s);
+        measured.iter_mut().for_each(|measured| measured.points.retain(is_shown));
+        Ok(measured)
     }
 
     fn required_data(&self) -> RequiredData {
@@ -72,7 +91,11 @@ impl Figure for CurveFigure {
             "v (m/s)" => Scale::free_powers(across),
             _ => Scale::tight(across).in_powers(name == "front-transient"),
         };
-        let panel = |(layers, y): (_, &&str)| Panel::new(x.clone(), Scale::free(y), layers);
+        let upwards = |y: &str| match y {
+            "depth (km)" => Scale::tight(y).downwards(true),
+            _ => Scale::free(y).in_powers(LOGARITHMIC.contains(&y)),
+        };
+        let panel = |(layers, y): (_, &&str)| Panel::new(x.clone(), upwards(y), layers);
         Ok(Sheet::of(panels.into_iter().zip(y).map(panel).collect()))
     }
 
@@ -85,14 +108,22 @@ impl Figure for CurveFigure {
             panel.layers.sort_by_key(|layer| layer.shape == Shape::Remark);
             panel.x = across.clone();
         }
-        sheet.panels[..last].iter_mut().for_each(|panel| panel.x.label.clear());
-        let layout = if last > 0 { Layout::Stacked } else { Layout::Columns };
+        // More than two stand in columns.
+        if last == 1 {
+            sheet.panels[0].x.label.clear();
+        }
+        let layout = if last == 1 { Layout::Stacked } else { Layout::Columns };
         Ok(Sheet { layout, ..sheet })
     }
 }
 
+/// Quantities upwards that vary over powers of ten.
+const LOGARITHMIC: [&str; 3] = ["largest velocity (m/s)", "slip rate (m/s)", "state θ (s)"];
+
 /// Looks that are not those of the role: kind, beginning of the label, dash and colour.
-const LOOKS: [(&str, &str, Dash, RGBColor); 8] = [
+const LOOKS: [(&str, &str, Dash, RGBColor); 10] = [
+    ("slip-profiles", "slow", Dash::Solid, BLUE),
+    ("slip-profiles", "in events", Dash::Solid, RED),
     ("loads", "F_N", Dash::Dashed, BLUE),
     ("loads", "F_T", Dash::Solid, RED),
     ("forces", "F_N", Dash::Solid, GREY),

@@ -61,13 +61,16 @@ impl Figure for Load {
     }
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
-        let duration_s = run.plan.grid.time_s(run.header.steps);
+        let (unit_s, unit) = run.unit_of_time();
+        let t_label = format!("t ({unit})");
+        // Times are in this unit; those of recordings are short.
+        let duration_s = run.plan.grid.time_s(run.header.steps) / unit_s;
         let load: Vec<(f64, f64)> =
-            run.loads()?.iter().map(|record| (record.time_s, record.load_ratio())).collect();
+            run.loads()?.iter().map(|record| (record.time_s / unit_s, record.load_ratio())).collect();
         if self.series.len() > 1 {
             // Steep teeth are lost in dashes.
             let curve = Layer::line(pen.label, load, Dash::Solid, pen.look.2);
-            return Ok(Sheet::single(Scale::tight("t (s)"), Scale::free(load_name(run)?), vec![curve]));
+            return Ok(Sheet::single(Scale::tight(&t_label), Scale::free(load_name(run)?), vec![curve]));
         }
         if run.is_measured() {
             return forces(run, duration_s);
@@ -77,7 +80,7 @@ impl Figure for Load {
         let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
         let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
         let theory = theory.filter(is_seen).map(|points| Layer::line("theory", points, Dash::Dashed, GREEN));
-        let x = Scale::between(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s);
+        let x = Scale::between(if self.sliding { "" } else { &t_label }, 0.0, duration_s);
         let y = Scale::free("F_T/F_N");
         let series: Vec<Layer> = levels(run, |mu| vec![(0.0, mu), (duration_s, mu)])
             .into_iter()
@@ -93,12 +96,13 @@ impl Figure for Load {
         let peaks = peaks(run.loads()?);
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
         let later = peaks.iter().filter(|load| load.step > global);
-        let later: BTreeSet<u64> = later.map(|load| (load.time_s / duration_s * PARTS) as u64).collect();
+        let later: BTreeSet<u64> =
+            later.map(|load| (load.time_s / unit_s / duration_s * PARTS) as u64).collect();
         let (before, after): (Vec<_>, Vec<_>) =
             peaks.into_iter().partition(|load| load.step <= global || later.len() <= MOST_LINES);
-        let point = |load: &run_data::Load| (load.time_s, f64::from(load.sliding));
+        let point = |load: &run_data::Load| (load.time_s / unit_s, f64::from(load.sliding));
         let points = |peaks: Vec<_>| peaks.into_iter().map(point).collect();
-        let x = Scale::between("t (s)", 0.0, duration_s);
+        let x = Scale::between(&t_label, 0.0, duration_s);
         let y = Scale::between("blocks sliding", 0.0, 1.08 * f64::from(run.header.blocks));
         let series = vec![
             Layer::new("", Shape::Stems(points(before)), INK),

@@ -19,6 +19,12 @@ impl Figure for Magnitudes {
     of_runs_in!(series);
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
+        if run.plan.medium.is_some() {
+            return Err(format!(
+                "the moments of run {} are per metre of strike, without magnitudes",
+                run.name
+            ));
+        }
         let ruptures = sorted(run)?.into_iter();
         let all: Vec<f64> = ruptures.filter_map(|(one, _)| moment_magnitude(one.moment_n_m?)).collect();
         let shares = survival(&all).into_iter();

@@ -33,7 +33,8 @@ impl Figure for Overview {
         let global_slips = Pen::nth(0, "global slips");
         let recurrence = recurrence::distribution(run, global_slips, None, TimeLaw::Weibull)?;
         let load = load_ruptures::curve(run, None, None)?;
-        let map = space_time::map(run, None, [None, None], [None, None], Place::Block)?;
+        let place = if run.plan.medium.is_some() { Place::Mm } else { Place::Block };
+        let map = space_time::map(run, None, [None, None], [None, None], place)?;
         let layout =
             Layout::Page { wide: vec![load, map], beside: vec![sizes, recurrence], numbers: numbers(run) };
         Ok(Sheet { layout, ..Sheet::of(Vec::new()).titled(title) })

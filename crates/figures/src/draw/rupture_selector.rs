@@ -1,5 +1,6 @@
 //! The colours of ruptures by their kind, and a time axis about one of them.
 
+use asperity_record::unit_of_time;
 use plotters::prelude::RGBColor;
 
 use super::sheet::{BLUE, GREY, RED};
@@ -42,14 +43,17 @@ pub(super) struct Clock {
     since: String,
 }
 
+/// Seconds are counted from the beginning where the way there is this many times as long.
+const FAR: f64 = 1e4;
+
 impl Clock {
     /// For times between these; counted from `origin_s` where the way there is much longer.
     pub(super) fn of(from_s: f64, to_s: f64, origin_s: f64) -> Clock {
         let span_s = to_s - from_s;
         let units =
             [(5e-4, 1e-6, "µs"), (0.5, 1e-3, "ms")].into_iter().find(|(until_s, ..)| span_s < *until_s);
-        let (_, unit_s, unit) = units.unwrap_or((0.0, 1.0, "s"));
-        if from_s.abs() < 2.0 * span_s || unit_s == 1.0 {
+        let (unit_s, unit) = units.map_or_else(|| unit_of_time(span_s), |(_, unit_s, unit)| (unit_s, unit));
+        if from_s.abs() < 2.0 * span_s || unit_s >= 1.0 && from_s.abs() < FAR * span_s {
             return Clock { origin_s: 0.0, unit_s, unit, since: String::new() };
         }
         // As many digits as the span needs; what is printed is what is subtracted.
@@ -79,6 +83,8 @@ mod tests {
         assert_eq!(Clock::of(0.0, 5.0, 0.0).label("t"), "t (s)");
         assert_eq!(Clock::of(3.0, 4.0, 3.0).label("t"), "t (s)");
         assert_eq!(Clock::of(0.0, 0.02, 0.0).label("t"), "t (ms)");
+        assert_eq!(Clock::of(0.0, 1e9, 0.0).label("t"), "t (years)");
+        assert_eq!(Clock::of(6e9, 6e9 + 100.0, 6e9).label("t"), "t − 6000000000 s (s)");
         let clock = Clock::of(2.648, 2.652, 2.648_131_7);
         assert_eq!(clock.label("t"), "t − 2.64813 s (ms)");
         assert!((clock.place(2.649_13) - 1.0).abs() < 1e-9);

@@ -63,6 +63,8 @@ pub(crate) struct Scale {
     room: Option<f64>,
     /// Whether it then begins at zero, unless that leaves more than half of it empty.
     from_zero: bool,
+    /// Whether its values grow towards its beginning, as depth does.
+    is_downwards: bool,
 }
 
 /// A mark on an axis; those between bear no label.
@@ -155,7 +157,13 @@ impl Scale {
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
         let (from, to) = ends(false, from, to);
         let (label, log, words, marked) = (label.to_owned(), false, Vec::new(), Vec::new());
-        Scale { label, from, to, log, words, whole: false, marked, room: None, from_zero: false }
+        let (whole, from_zero, is_downwards) = (false, false, false);
+        Scale { label, from, to, log, words, whole, marked, room: None, from_zero, is_downwards }
+    }
+
+    /// It with values that grow downwards, if so.
+    pub(crate) fn downwards(self, is_downwards: bool) -> Scale {
+        Scale { is_downwards, ..self }
     }
 
     /// Labels only whole numbers, if `whole`.
@@ -202,7 +210,8 @@ impl Scale {
 
     /// How far along it a value stands, from 0 to 1; less or more beyond its ends, and no number where it has no place.
     pub(crate) fn way(&self, value: f64) -> f64 {
-        (self.place(value) - self.from) / (self.to - self.from)
+        let way = (self.place(value) - self.from) / (self.to - self.from);
+        if self.is_downwards { 1.0 - way } else { way }
     }
 
     /// How far along it a value stands, from 0 to 1; none if it is not on it.

@@ -54,7 +54,7 @@ keys! {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Place {
-    /// By the distance from the first block, mm, so that slopes of fronts are speeds.
+    /// By the distance from the first block, mm, so that slopes of fronts are speeds; in a medium by the depth, km.
     #[default]
     Mm,
     /// By the number of the block, or of the column.
@@ -107,9 +107,11 @@ struct View {
     from_block: u32,
     to_block: u32,
     clock: Clock,
-    /// Whether slopes on the map are speeds; how many blocks there are, and from one to the next, mm.
+    /// Whether slopes on the map are speeds; how many blocks there are, where the first one is, and from one to the next,
+    /// mm; in a medium km downwards.
     in_mm: bool,
     blocks: f64,
+    first_mm: f64,
     spacing_mm: f64,
     /// Where the sensors of a recording are, mm, between places that are as far beyond the ends of the slider as the
     /// outer sensors are within; empty for runs.
@@ -148,15 +150,30 @@ impl View {
         let clock = Clock::of(from_s, to_s, zoom.map_or(from_s, |rupture| rupture.onset_s));
         let sensors_mm = run.header.sensors.as_ref().map_or_else(Vec::new, sensors_mm);
         let in_mm = place == Place::Mm && (blocks > 1 || !sensors_mm.is_empty());
-        let (blocks, spacing_mm) = (f64::from(blocks), run.plan.spacing_m * 1e3);
-        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, blocks, spacing_mm, sensors_mm })
+        let blocks = f64::from(blocks);
+        let (first_mm, spacing_mm) = match &run.plan.medium {
+            Some(medium) => (medium.depth_m(0) / 1e3, medium.spacing_m / 1e3),
+            None => (0.0, run.plan.spacing_m * 1e3),
+        };
+        Ok(View {
+            from_s,
+            to_s,
+            from_block,
+            to_block,
+            clock,
+            in_mm,
+            blocks,
+            first_mm,
+            spacing_mm,
+            sensors_mm,
+        })
     }
 
     /// Where a block, or an edge of its tile, stands on the axis: in mm no tile reaches beyond the slider.
     fn up(&self, block: f64) -> f64 {
         match (self.in_mm, &self.sensors_mm[..]) {
             (false, _) => block,
-            (true, []) => (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm,
+            (true, []) => self.first_mm + (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm,
             (true, sensors_mm) => {
                 let (low_mm, high_mm) =
                     (sensors_mm[block.floor() as usize], sensors_mm[block.ceil() as usize]);
@@ -259,8 +276,14 @@ pub(super) fn map(
     layers.extend(view.line(label, &creep, Dash::Dashed, GREEN));
     let x = Scale::between(&clock.label("t"), clock.place(*from_s), clock.place(*to_s));
     let [low, high] = [f64::from(*from_block) - 0.5, f64::from(*to_block) + 0.5].map(|block| view.up(block));
-    let y = Scale::between(if view.in_mm { "x (mm)" } else { place_name(run) }, low, high);
-    Ok(Sheet { bar, ..Sheet::single(x, y.in_whole_numbers(!view.in_mm), layers) })
+    let is_by_depth = view.in_mm && run.plan.medium.is_some();
+    let name = match view.in_mm {
+        true if is_by_depth => "depth (km)",
+        true => "x (mm)",
+        false => place_name(run),
+    };
+    let y = Scale::between(name, low, high).downwards(is_by_depth).in_whole_numbers(!view.in_mm);
+    Ok(Sheet { bar, ..Sheet::single(x, y, layers) })
 }
 
 /// What the line of arrivals is called: the front, with its speed if it has one.

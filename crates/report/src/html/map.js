@@ -7,7 +7,8 @@ asperity.map = (canvas, options) => {
   const LEFT = 62, RIGHT = 14, FOOT = 44;
   const FONT = "system-ui, 'Segoe UI', 'Noto Sans', 'DejaVu Sans', sans-serif";
   const hover = document.getElementById("hover");
-  // What is shown: {panels: [{title, count, onset, end, first, last, look}], blocks, from_s, to_s}, each column an array;
+  // What is shown: {panels: [{title, count, onset, end, first, last, look}], blocks, from_s, to_s}, each column an array,
+  // with times in years if `unit` says so, and downwards if `depth` has that of the first block and from one to the next, km;
   // shown(panel, k) says of each whether it is, and front(panel, k), where there is one, how it passed the blocks:
   // [edges, arrivals, stops], of one block after the other, with one edge more. Marked are [panel, k].
   let what = null, from = 0, to = 1, boxes = [], marked = [];
@@ -73,7 +74,7 @@ asperity.map = (canvas, options) => {
   // the rest into a unit that fits.
   function timeAxis(a, b, count) {
     const span = b - a, far = Math.max(Math.abs(a), Math.abs(b));
-    const units = [["s", 1], ["ms", 1e-3], ["µs", 1e-6], ["ns", 1e-9]];
+    const year = 31557600, units = what.unit === "years" ? [["years", 1], ["d", 86400 / year], ["s", 1 / year], ["ms", 1e-3 / year]] : [["s", 1], ["ms", 1e-3], ["µs", 1e-6], ["ns", 1e-9]];
     const step = stepOf(span, count);
     if (span > far * 2e-3) {
       const [unit, size] = far >= .1 ? units[0] : units.find(([, size]) => far >= size) || units[3];
@@ -88,7 +89,7 @@ asperity.map = (canvas, options) => {
     return {
       base: origin, step,
       label: (t) => fixed(t / size, fine),
-      title: `t − ${origin.toFixed(Math.min(digits, 20))} s (${unit})`,
+      title: `t − ${origin.toFixed(Math.min(digits, 20))} ${units[0][0]} (${unit})`,
     };
   }
   function ticks(across) {
@@ -122,8 +123,13 @@ asperity.map = (canvas, options) => {
     return {
       width, height, heading, lines, left: LEFT, right: RIGHT, across, panel, tops, foot: tops[count - 1] + panel, from, to,
       x: (t) => LEFT + (t - from) / (to - from) * across,
-      y: (n, block) => tops[n] + panel - block * rowHeight,
+      y: (n, block) => tops[n] + (what.depth ? block * rowHeight : panel - block * rowHeight),
     };
+  }
+  // Top and height of what is on blocks next to each other, no lower than it can be seen.
+  function spanOf(y, n, first, last) {
+    const [a, b] = [y(n, first - 1), y(n, last)];
+    return [Math.min(a, b), Math.max(Math.abs(a - b), 1.5)];
   }
   // A text that is cut where there is no room for it.
   function fitted(pen, text, room) {
@@ -183,7 +189,10 @@ asperity.map = (canvas, options) => {
       const labels = [1];
       for (let block = step; block < what.blocks; block += step) if (block > step / 2) labels.push(block);
       if (what.blocks - labels[labels.length - 1] > step / 2) labels.push(what.blocks);
-      for (const block of labels) pen.fillText(String(block), left - 8, y(top, block - .5) + 4);
+      if (what.depth) {
+        const [first, spacing] = what.depth, deepest = first + spacing * (what.blocks - 1), by = stepOf(deepest, 5);
+        for (let k = Math.ceil(first / by); k * by <= deepest; k++) pen.fillText(String(Number((k * by).toPrecision(6))), left - 8, y(top, (k * by - first) / spacing + .5) + 4);
+      } else for (const block of labels) pen.fillText(String(block), left - 8, y(top, block - .5) + 4);
       pen.save();
       pen.translate(16, tops[top] + panel / 2);
       pen.rotate(-Math.PI / 2);
@@ -228,7 +237,7 @@ asperity.map = (canvas, options) => {
         for (const k of members) {
           // Most slips last less than a dot of the picture: none is thinner than that.
           const x0 = Math.max(x(all.onset[k]), left - 4), x1 = Math.min(x(all.end[k]), left + across + 4);
-          const wide = Math.max(x1 - x0, 1.5), y0 = y(n, all.last[k]), high = Math.max(y(n, all.first[k] - 1) - y0, 1.5);
+          const wide = Math.max(x1 - x0, 1.5), [y0, high] = spanOf(y, n, all.first[k], all.last[k]);
           if (wide < 3) {
             // Where they lie on each other, many look darker than one.
             pen.globalAlpha = isDense ? .65 : 1;
@@ -253,7 +262,7 @@ asperity.map = (canvas, options) => {
         // What is drawn as a front is told apart by that.
         if (panel !== n || all.end[k] < from || all.onset[k] > to || fronts.has(k)) continue;
         const x0 = x(all.onset[k]), wide = Math.max(x(all.end[k]) - x0, 1.5);
-        const y0 = y(n, all.last[k]), high = Math.max(y(n, all.first[k] - 1) - y0, 1.5);
+        const [y0, high] = spanOf(y, n, all.first[k], all.last[k]);
         pen.strokeRect(x0 - 2.5, y0 - 2.5, wide + 5, high + 5);
       }
       seen += fronts.size;

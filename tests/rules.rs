@@ -1,4 +1,4 @@
-//! `docs/internals/rules.md` suffices to compute a run elsewhere: a small program that was written from it
+//! `docs/rules.md` suffices to compute a run elsewhere: a small program that was written from it
 //! (`rules/stepper.py`) gets the same slip events.
 
 use std::fs;

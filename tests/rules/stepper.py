@@ -1,4 +1,4 @@
-"""Computes the slip events of a scenario, step by step, from docs/internals/rules.md alone.
+"""Computes the slip events of a scenario, step by step, from docs/rules.md alone.
 
 usage: stepper.py SCENARIO.toml
 

@@ -52,7 +52,7 @@ Examples:
 
 Every key that is identifiable has its value, with error and origin as a
 comment; the others keep their defaults, and a comment says why
-(docs/measured-and-simulated.md).")]
+(docs/findings.md).")]
     Estimate(EstimateArguments),
     /// Record a simulated run as the instruments of a description would.
     #[command(after_help = "\

@@ -34,7 +34,7 @@ keeps its decay length. A line for each number: its value, its class as found,
 and its changes on the finer mesh, with the shorter step, and between runs
 that differ by a kick, as figures/refinement.png shows. Called again, it goes
 on, also with results that other processes or nodes have made.
-docs/internals/convergence.md says more.")]
+docs/findings.md says more.")]
 pub(crate) struct RefineArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,

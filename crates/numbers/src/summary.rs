@@ -354,7 +354,7 @@ impl Summary {
         let of_all = Summary::KEYS.iter().filter(|key| key.group == Summary::KEYS[0].group);
         schema["required"] = of_all.map(|key| &*key.column.name).collect();
         let words: Vec<&str> = Convergence::ALL.iter().map(|(_, word, ..)| *word).collect();
-        let about = "Numbers that are not robust, with their class (docs/internals/convergence.md).";
+        let about = "Numbers that are not robust, with their class (docs/findings.md).";
         schema["properties"][CONVERGENCE] =
             json!({"type": "object", "description": about, "additionalProperties": {"enum": words}});
         schema

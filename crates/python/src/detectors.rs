@@ -172,7 +172,7 @@ fn column_of(cells: &[Option<Value>]) -> Option<ArrayRef> {
 
 /// What is known of a slider at a step: at every step with a switch, first and last steps of slip, samples.
 ///
-/// F_T is the sum of the driving forces, F_N the normal load. Definition: docs/internals/rules.md.
+/// F_T is the sum of the driving forces, F_N the normal load. Definition: docs/rules.md.
 #[pyclass(frozen, get_all, module = "asperity")]
 pub(crate) struct StepRecord {
     /// The step, counted from 1.

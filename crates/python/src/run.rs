@@ -409,7 +409,7 @@ impl Run {
         }
     }
 
-    /// Sends its records through the detectors again, with other rules (docs/internals/rules.md) and further detectors.
+    /// Sends its records through the detectors again, with other rules (docs/rules.md) and further detectors.
     #[pyo3(signature = (detectors = None, *, link_time_ratio = None, merge_gap_s = None, min_blocks = None))]
     fn detect(
         &self,

@@ -77,7 +77,7 @@ pub(crate) fn sweep(
 }
 
 /// Makes the runs of a scenario's refinement that are missing, on all cores, and returns the table of what each number is
-/// worth (docs/internals/convergence.md): its values on each mesh, its changes, and its class as found and as stated.
+/// worth (docs/findings.md): its values on each mesh, its changes, and its class as found and as stated.
 ///
 /// `scenario` is a scenario, its name or its file; `set` are other values. `out` is the folder of runs, table, figure and
 /// page, where a later call, or `asperity refine`, continues; without it they are temporary.

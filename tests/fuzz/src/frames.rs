@@ -1,5 +1,5 @@
 //! Disassembles plans and segments of studies, and reassembles them with correct checksums. The forms are
-//! those of `docs/internals/formats.md`.
+//! those of `docs/rules.md`.
 
 /// A segment: the line with its version and plan, and its results.
 #[derive(Debug, Clone)]

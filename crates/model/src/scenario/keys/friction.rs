@@ -145,7 +145,7 @@ section! {
         static_spread: f64 = 0.0; NOT_NEGATIVE;
         /// The same for mu_d.
         dynamic_spread: f64 = 0.0; NOT_NEGATIVE;
-        /// Seed of the spread: SplitMix64 of seed and block (docs/internals/rules.md), the same on every machine.
+        /// Seed of the spread: SplitMix64 of seed and block (docs/rules.md), the same on every machine.
         spread_seed: u32 = 1; Count(0, 4_294_967_295);
     }
 }

@@ -1,4 +1,4 @@
-//! Pipelines as they are meant: `each`, rows of values and names with `*` written out, as docs/scenarios.md says.
+//! Pipelines as they are meant: `each`, rows of values and names with `*` written out, as docs/studies.md says.
 
 use toml::{Table, Value};
 

@@ -49,7 +49,7 @@ A sweep is a TOML file with a scenario and what varies:
   to = 0.8
   count = 9
 
-docs/sweeps.md describes sweeps in full.")]
+docs/studies.md describes studies in full.")]
 pub(crate) enum SweepCommand {
     /// Make a study in one go: its plan, all runs, tables, figures and page.
     #[command(after_help = "\

@@ -158,7 +158,7 @@ impl Policy {
     pub fn parse(origin: &str, text: &str) -> Result<Policy, String> {
         let read = check_toml(text)
             .map_err(|too_long| (0, too_long.to_string()))
-            .and_then(|()| Policy::of(typed::parse(text, "docs/diff.md")?));
+            .and_then(|()| Policy::of(typed::parse(text, "docs/run-logs.md")?));
         read.map_err(|(at, problem)| format!("{origin}:{}: {problem}", Lines::of(text).place(text, at)))
     }
 

@@ -20,7 +20,7 @@ use crate::run::Run;
 use crate::source::read_within;
 use crate::values::to_python;
 
-/// Compares the events, ruptures and numbers of two runs, logs, or folders of logs (docs/diff.md).
+/// Compares the events, ruptures and numbers of two runs, logs, or folders of logs (docs/run-logs.md).
 #[pyfunction]
 #[pyo3(signature = (old, new, *, policy = None, pair = "hash"))]
 pub(crate) fn diff(

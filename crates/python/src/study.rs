@@ -23,7 +23,7 @@ use crate::values::{self, DEEPEST, assignments, items, to_json};
 
 /// Makes the runs of a study that are missing, on all cores, and returns its tables.
 ///
-/// `study` is the file of a study, its folder (docs/sweeps.md), or, with `axes`, a scenario of which all
+/// `study` is the file of a study, its folder (docs/studies.md), or, with `axes`, a scenario of which all
 /// combinations of the values are run. `set` are values for all runs. `out` is the folder of plan and results,
 /// where a later call, or `asperity sweep`, continues; without it they are temporary. Runs, ids and tables are
 /// those of `asperity sweep`.
@@ -116,7 +116,7 @@ fn folder_of(py: Python<'_>, given: Option<PathBuf>) -> PyResult<(PathBuf, Optio
 
 /// Makes the runs of a pipeline that a folder lacks, and all of its tables, figures and claims, and their page there.
 ///
-/// `pipeline` is the file of a pipeline or of any other study (docs/scenarios.md), or its text. `set` are values for all
+/// `pipeline` is the file of a pipeline or of any other study (docs/studies.md), or its text. `set` are values for all
 /// runs that have names, and `solver` is theirs. `fresh` repeats them, and replaces those of other scenarios. Returns the
 /// numbers of these runs by their names. Files are those of `asperity reproduce`.
 #[pyfunction]

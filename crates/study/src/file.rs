@@ -18,7 +18,7 @@ use crate::parameter_table;
 use crate::runs::{RunSpec, SpellOut, check_name};
 
 /// Where all kinds of figures and all keys of a study are listed.
-const LISTED_IN: &str = "docs/figures.md and docs/scenarios.md";
+const LISTED_IN: &str = "docs/figures.md and docs/studies.md";
 
 /// What is stored of each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]

@@ -6,7 +6,9 @@
 //! not depend on the number of blocks, and CSV can represent it. Repeated values cost next to nothing in
 //! Parquet.
 
-use asperity_record::{Cell, Column, ColumnKind, FieldRecord, Parts, SignalRecord, StepRecord, WindowRecord};
+use asperity_record::{
+    Cell, Column, ColumnKind, EventKind, FieldRecord, Parts, ROWS, SignalRecord, StepRecord, WindowRecord,
+};
 
 use crate::table::Table;
 
@@ -29,7 +31,7 @@ pub fn record_tables(parts: StepParts) -> Vec<Table> {
         Table::new(FIELDS, fields_columns(parts)),
         Table::new(WINDOW, window_columns(parts)),
     ];
-    if parts.recording {
+    if parts.run.recording {
         tables.push(Table::new(SIGNAL, columns_of(&OF_SIGNAL, signal_arrays(&SignalRecord::default()))));
         tables.push(Table::new(TRACES, OF_TRACES.to_vec()));
     }
@@ -62,6 +64,14 @@ pub fn nodes_table(axes: &[usize]) -> Table {
     Table::new(NODES, columns)
 }
 
+/// All tables of logs, without rows, with the columns that any run may have.
+pub fn all(events: &[EventKind]) -> Vec<Table> {
+    let parts = StepParts { end_forces: true, energies: true, contact_loads: true, run: Parts::ALL };
+    let rows = ROWS.iter().map(|row| (row.kind)().with(Parts::ALL));
+    let kinds = rows.chain(events.iter().cloned()).map(|kind| Table::new(kind.topic, kind.columns()));
+    record_tables(parts).into_iter().chain([nodes_table(&[0, 1, 2])]).chain(kinds).collect()
+}
+
 /// Optional parts of records, which only some runs have.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StepParts {
@@ -71,46 +81,33 @@ pub struct StepParts {
     pub energies: bool,
     /// In states of all blocks, the normal load of each: of slabs and bodies.
     pub contact_loads: bool,
-    /// Counts of junctions, by laws that have junctions.
-    pub junctions: bool,
-    /// Components across the sliding direction, of switches and states over an area of contact.
-    pub area: bool,
-    /// Radiated energy, where sliding contacts radiate.
-    pub radiation: bool,
-    /// Fracture energy, where contacts weaken by slip.
-    pub weakening: bool,
-    /// The state of contacts, by rate-and-state friction.
-    pub state: bool,
-    /// What sensors measured, in a recording.
-    pub recording: bool,
+    /// Of these, those that the records of the run have.
+    pub run: Parts,
 }
 
 impl StepParts {
     /// Of that record. Whether switches have components across the sliding direction follows from the run, as
     /// a step may have none.
     pub fn of(record: &StepRecord, run: Parts) -> StepParts {
-        StepParts {
-            end_forces: record.end_forces_n.is_some(),
-            energies: true,
-            contact_loads: false,
+        let run = Parts {
             junctions: record.junctions.is_some(),
-            area: run.area,
             state: record.peak_velocity_m_per_s.is_some(),
             radiation: record.energy.radiated_j.is_some(),
             weakening: record.energy.fracture_energy_j.is_some(),
-            recording: run.recording,
-        }
+            ..run
+        };
+        StepParts { end_forces: record.end_forces_n.is_some(), energies: true, contact_loads: false, run }
     }
 
     /// Of that state of all blocks.
     pub fn of_state(record: &FieldRecord) -> StepParts {
-        StepParts {
-            contact_loads: !record.normal_load_n.is_empty(),
+        let run = Parts {
             junctions: !record.junctions_slipping.is_empty(),
             state: !record.state.is_empty(),
             area: !record.displacement_across_m.is_empty(),
-            ..StepParts::default()
-        }
+            ..Parts::default()
+        };
+        StepParts { contact_loads: !record.normal_load_n.is_empty(), run, ..StepParts::default() }
     }
 }
 
@@ -127,12 +124,12 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
         number("stick_position_m", "Anchor of the friction spring: left behind or newly taken."),
         number("threshold_n", "Static friction threshold of this step."),
     ];
-    columns.extend(parts.junctions.then_some(JUNCTIONS_SLIPPING));
-    if parts.area {
+    columns.extend(parts.run.junctions.then_some(JUNCTIONS_SLIPPING));
+    if parts.run.area {
         columns.extend(ACROSS);
         columns.push(number("stick_position_across_m", "Anchor of the friction spring across it."));
     }
-    if parts.recording {
+    if parts.run.recording {
         columns.extend([
             number("error_s", "Standard error of the time."),
             of_sensor("step_size", "Size of the step that the sensor saw."),
@@ -164,7 +161,7 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
 
 /// Those of its columns that arrays of a state fill.
 pub(crate) fn fields_arrays(of: &FieldRecord, parts: StepParts) -> Vec<ArrayColumn<'_>> {
-    let StepParts { contact_loads, junctions, state, area, .. } = parts;
+    let StepParts { contact_loads, run: Parts { junctions, state, area, .. }, .. } = parts;
     let detached = of.detached.iter().map(|flag| Cell::Flag(*flag != 0));
     let slipping = of.junctions_slipping.iter().copied().map(Cell::Count);
     let [displacement_across, velocity_across, force_across] = ACROSS;
@@ -201,9 +198,9 @@ pub(crate) fn window_arrays(of: &WindowRecord, parts: StepParts) -> Vec<ArrayCol
         array(DISPLACEMENT, &of.displacement_m, true),
         array(VELOCITY, &of.velocity_m_per_s, true),
         array(TANGENTIAL_FORCE, &of.tangential_force_n, true),
-        array(displacement_across, &of.displacement_across_m, parts.area),
-        array(velocity_across, &of.velocity_across_m_per_s, parts.area),
-        array(force_across, &of.tangential_force_across_n, parts.area),
+        array(displacement_across, &of.displacement_across_m, parts.run.area),
+        array(velocity_across, &of.velocity_across_m_per_s, parts.run.area),
+        array(force_across, &of.tangential_force_across_n, parts.run.area),
     ]
 }
 
@@ -266,20 +263,20 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
             number("scheme_work_j", "What the time step itself added."),
         ]);
     }
-    if parts.radiation {
+    if parts.run.radiation {
         columns.push(number("radiated_j", "Work of radiation damping on sliding contacts."));
     }
-    if parts.weakening {
+    if parts.run.weakening {
         columns.push(number("fracture_energy_j", "The part of the friction heat above sliding friction."));
     }
-    if parts.state {
+    if parts.run.state {
         columns.push(number("peak_velocity_m_per_s", "Largest speed of any block since the record before."));
     }
-    if parts.junctions {
+    if parts.run.junctions {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));
         columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
     }
-    columns.extend(parts.recording.then(|| number("ft_fn_error", "Standard error of `F_T / F_N`.")));
+    columns.extend(parts.run.recording.then(|| number("ft_fn_error", "Standard error of `F_T / F_N`.")));
     columns
 }
 
@@ -387,8 +384,7 @@ mod tests {
             let parts = StepParts {
                 end_forces,
                 energies: true,
-                radiation,
-                weakening: radiation,
+                run: Parts { radiation, weakening: radiation, ..Parts::default() },
                 ..StepParts::default()
             };
             let columns = step_columns(parts);

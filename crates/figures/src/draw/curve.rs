@@ -15,7 +15,7 @@ use super::sheet::{BLUE, Dash, GREY, INK, Layer, Layout, Panel, Pen, RED, Shape,
 keys! {
     CurveFigure;
 
-    /// The curves, by their [name](outputs.md#curves).
+    /// The curves, by their name.
     #[serde(deserialize_with = "named")]
     #[schemars(with = "String")]
     pub(super) curve: &'static NamedCurves,

@@ -64,12 +64,12 @@ fn part(column: &Column, second: &str) -> [String; 4] {
 /// Prints what is asked for, in full; names alone where nothing is.
 fn tell(mut all: Vec<Explained>, arguments: &ExplainArguments) -> Result<(), Failure> {
     let word = arguments.name.as_deref().unwrap_or_default();
-    let end = |of: &Explained| of.name.rsplit('/').next().map(|end| end.trim_matches(['[', ']']).to_owned());
-    let is_it = |of: &Explained| of.name == word || end(of).as_deref() == Some(word);
-    let is_name = all.iter().any(is_it);
-    for of in &mut all {
-        let is_whole = is_name && is_it(of);
-        of.parts.retain(|part| is_whole || !is_name && part[0].contains(word));
+    let plain = |name: &str| name.trim_start_matches("/events").trim_matches(['[', ']', '/']).to_owned();
+    let is_it = |of: &Explained| plain(&of.name) == plain(word);
+    if all.iter().any(is_it) {
+        all.retain(is_it);
+    } else {
+        all.iter_mut().for_each(|of| of.parts.retain(|part| part[0].contains(word)));
     }
     all.retain(|of| !of.parts.is_empty());
     if all.is_empty() {

@@ -361,6 +361,8 @@ pub(crate) const fn word(name: &'static str, about: &'static str) -> Column {
 
 #[cfg(test)]
 mod tests {
+    use asperity_record::Parts;
+
     use super::{StepParts, step_columns};
 
     #[test]

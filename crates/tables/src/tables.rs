@@ -1,12 +1,14 @@
 //! The tables that a run is reduced to.
 
 use asperity_model::theory::analytic::LengthLaw;
-use asperity_numbers::curves::{PrecursorPoint, precursor_points, residuals as residuals_of, rupture_points};
+use asperity_numbers::curves::{
+    PrecursorPoint, Residuals, precursor_points, residuals as residuals_of, rupture_points,
+};
 use asperity_numbers::precursors::{self, Precursor, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{NotKept, RunData};
+use asperity_numbers::run_data::{Load, NotKept, RunData};
 use asperity_numbers::slow_slip::{SlowSlip, slow_slips};
-use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture};
+use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture, SlipEvent};
 
 use crate::layout::{count, flag, number, ratio, step, word};
 use crate::table::{ColumnOf, Table};
@@ -187,31 +189,26 @@ fn word_of(run: &RunData, law: LengthLaw) -> Cell {
 pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<Table, NotKept> {
     let all = residuals_of(run, law, rules)?;
     let found = all.filter(|_| LengthLaw::are_known(&run.scenario));
-    let coefficient = run.scenario.mean_coefficients()[1];
-    let count_of = all.map_or(0, |found| found.count as u32);
-    let cells = [
-        Cell::word(&run.name),
-        word_of(run, law),
-        count_of.cell(),
-        found.map(|found| found.rms).cell(),
-        found.map(|found| found.max).cell(),
-        found.map(|found| found.rms / coefficient).cell(),
-        rules.min_blocks.cell(),
-        rules.merge_gap_s.cell(),
-    ];
-    Ok(Table::of_one(RESIDUALS, OF_RESIDUALS.into_iter().zip(cells)))
+    Ok(Table::of(RESIDUALS, &[(run, law, all.map_or(0, |all| all.count), found, rules)], &of_residuals()))
 }
 
-const OF_RESIDUALS: [Column; 8] = [
-    RUN,
-    LAW,
-    count("precursors", "Number of precursors."),
-    ratio("rms", "Root mean square of their residuals."),
-    ratio("max", "The largest magnitude of these."),
-    ratio("rms_over_mu_d", "`rms` over μ_d."),
-    MIN_BLOCKS,
-    MERGE_GAP,
-];
+/// Their number, and how well they follow the law if there is one.
+type ResidualsRow<'a> = (&'a RunData, LengthLaw, usize, Option<Residuals>, &'a PrecursorRules);
+
+fn of_residuals<'a>() -> [ColumnOf<'a, ResidualsRow<'a>>; 8] {
+    [
+        (RUN, &|row| Cell::word(&row.0.name)),
+        (LAW, &|row| word_of(row.0, row.1)),
+        (count("precursors", "Number of precursors."), &|row| (row.2 as u32).cell()),
+        (ratio("rms", "Root mean square of their residuals."), &|row| row.3.map(|found| found.rms).cell()),
+        (ratio("max", "The largest magnitude of these."), &|row| row.3.map(|found| found.max).cell()),
+        (ratio("rms_over_mu_d", "`rms` over μ_d."), &|row| {
+            row.3.map(|found| found.rms / row.0.scenario.mean_coefficients()[1]).cell()
+        }),
+        (MIN_BLOCKS, &|row| row.4.min_blocks.cell()),
+        (MERGE_GAP, &|row| row.4.merge_gap_s.cell()),
+    ]
+}
 
 /// Data that [`first_global_slip`] reads from a run.
 pub const REQUIRED_FOR_FIRST_GLOBAL_SLIP: RequiredData = RequiredData::LOADS;
@@ -225,35 +222,33 @@ pub fn first_global_slip(run: &RunData) -> Result<Table, NotKept> {
     let slip = run.first_global_slip();
     let loads = run.loads()?;
     let load = slip.and_then(|slip| loads.iter().find(|load| load.step == slip.onset_step));
-    let global = run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as u32;
-    let duration_s = run.plan.grid.time_s(run.header.steps);
-    let cells = [
-        Cell::word(&run.name),
-        Cell::word(&run.header.parameter_set),
-        run.header.time_step_s.cell(),
-        duration_s.cell(),
-        run.plan.total_normal_load_n.cell(),
-        run.scenario.initial_shear.beta.cell(),
-        slip.map(|slip| slip.onset_s).cell(),
-        slip.map(|slip| slip.ft_fn_onset).cell(),
-        load.map(|load| load.normal_load_n).cell(),
-        global.cell(),
-    ];
-    Ok(Table::of_one(FIRST_GLOBAL_SLIPS, OF_FIRST_GLOBAL_SLIPS.into_iter().zip(cells)))
+    Ok(Table::of(FIRST_GLOBAL_SLIPS, &[(run, slip, load)], &of_first_global_slips()))
 }
 
-const OF_FIRST_GLOBAL_SLIPS: [Column; 10] = [
-    RUN,
-    PARAMETER_SET,
-    number("step_s", "The time step."),
-    number("duration_s", "How long the run is."),
-    number("normal_load_start_n", "F_N at the start."),
-    ratio("beta", "β of the initial shear."),
-    ONSET,
-    number("ft_fn_onset", "F_T/F_N then."),
-    number("normal_load_onset_n", "F_N then."),
-    count("global_slips", "Number of slips of the whole slider."),
-];
+type GlobalSlipRow<'a> = (&'a RunData, Option<&'a SlipEvent>, Option<&'a Load>);
+
+fn of_first_global_slips<'a>() -> [ColumnOf<'a, GlobalSlipRow<'a>>; 10] {
+    [
+        (RUN, &|(run, ..)| Cell::word(&run.name)),
+        (PARAMETER_SET, &|(run, ..)| Cell::word(&run.header.parameter_set)),
+        (number("step_s", "The time step."), &|(run, ..)| run.header.time_step_s.cell()),
+        (number("duration_s", "How long the run is."), &|(run, ..)| {
+            run.plan.grid.time_s(run.header.steps).cell()
+        }),
+        (number("normal_load_start_n", "F_N at the start."), &|(run, ..)| {
+            run.plan.total_normal_load_n.cell()
+        }),
+        (ratio("beta", "β of the initial shear."), &|(run, ..)| run.scenario.initial_shear.beta.cell()),
+        (ONSET, &|(_, slip, _)| slip.map(|slip| slip.onset_s).cell()),
+        (number("ft_fn_onset", "F_T/F_N then."), &|(_, slip, _)| slip.map(|slip| slip.ft_fn_onset).cell()),
+        (number("normal_load_onset_n", "F_N then."), &|(.., load)| {
+            load.map(|load| load.normal_load_n).cell()
+        }),
+        (count("global_slips", "Number of slips of the whole slider."), &|(run, ..)| {
+            (run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as u32).cell()
+        }),
+    ]
+}
 
 /// All tables that runs are reduced to, without rows, with the columns that any run may have.
 pub fn all() -> [Table; 6] {
@@ -262,7 +257,7 @@ pub fn all() -> [Table; 6] {
         Table::of(PRECURSOR_RUPTURES, &[], &of_precursor_ruptures()),
         Table::of(SLOW_SLIP, &[], &of_slow_slips()),
         Table::of(PRECURSORS, &[], &of_precursors()),
-        Table::new(RESIDUALS, OF_RESIDUALS.to_vec()),
-        Table::new(FIRST_GLOBAL_SLIPS, OF_FIRST_GLOBAL_SLIPS.to_vec()),
+        Table::of(RESIDUALS, &[], &of_residuals()),
+        Table::of(FIRST_GLOBAL_SLIPS, &[], &of_first_global_slips()),
     ]
 }

@@ -459,7 +459,7 @@ numbers! {
         /// Mean of `F_T / F_N` over time in the second half of the run.
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
         /// Friction over normal load in steady sliding at the velocity of the drive, in theory: of junctions
-        /// at the mean load of a contact, by (a) of the page on junctions; of rate-and-state friction at the
+        /// at the mean load of a contact, by (a) of docs/contacts.md; of rate-and-state friction at the
         /// last velocity of the drive, if it moves at the end.
         steady_friction_theory_ratio: f64 =
             Events |run, _| junctions::steady_ratio(run).or_else(|| rate_and_state::steady_ratio(run));

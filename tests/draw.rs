@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use asperity_figures::draw::of_one_run::Kind;
+
 use crate::support::binary::{names, outcome, succeed, text, with_sets};
 use crate::support::clients::file;
 use crate::support::small;
@@ -12,18 +14,6 @@ use crate::support::small;
 /// The exit code, and the output on both streams.
 fn draw(arguments: &[&str]) -> (i32, String, String) {
     outcome(&[&["draw"], arguments].concat())
-}
-
-/// The kinds that `--list` names.
-fn listed() -> Vec<String> {
-    let list = succeed(&["draw", "--list"]);
-    let kinds: Vec<String> = list
-        .lines()
-        .filter(|line| !line.starts_with(' '))
-        .map(|line| line.split_once(": ").expect("each says what it shows").0.to_owned())
-        .collect();
-    assert!(kinds.len() > 20, "{list}");
-    kinds
 }
 
 #[test]
@@ -58,9 +48,9 @@ fn every_kind_is_drawn_or_says_why_not() {
     let log = folder.path().join("mine.mcap");
     small::run(&log);
     let mut drawn = 0;
-    for kind in listed() {
-        let out = folder.path().join(&kind);
-        let (code, _, err) = draw(&[text(&log), "--kind", &kind, "-o", text(&out)]);
+    for Kind { name: kind } in Kind::all() {
+        let out = folder.path().join(kind);
+        let (code, _, err) = draw(&[text(&log), "--kind", kind, "-o", text(&out)]);
         match code {
             0 => {
                 assert_eq!(names(&out).len(), 3, "{kind}");

@@ -1,4 +1,4 @@
-//! Rules for the look of figures, checked on one figure of each kind: the examples in `docs/figures.md`.
+//! Rules for the look of figures, checked on one figure of each kind: the examples of `asperity figures`.
 //! Every rule is also tested on a figure that violates it.
 //!
 //! `support/svg.rs` reads the SVG; `print.rs` has independent programs open it.
@@ -8,10 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
+use asperity_figures::keys::EXAMPLES;
+
 use crate::colours::is_bar;
 use crate::support::binary::{succeed, text};
-use crate::support::clients::file;
-use crate::support::markdown::blocks;
 use crate::support::svg::{Bounds, Drawing, Item};
 
 /// The folders of figures with the code named in them, and without.
@@ -19,13 +19,6 @@ pub(crate) struct Drawn {
     _folder: tempfile::TempDir,
     pub(crate) with: Vec<PathBuf>,
     without: Vec<PathBuf>,
-}
-
-/// The block of the page with this file.
-fn example(page: &str, name: &str) -> String {
-    let first = format!("# {name}\n");
-    let block = blocks(page).into_iter().find(|block| block.text.starts_with(&first));
-    block.unwrap_or_else(|| panic!("no block of docs/figures.md begins with {first}")).text
 }
 
 /// Figures of the example that are also drawn without the code version.
@@ -56,13 +49,12 @@ pub(crate) fn drawn() -> Arc<Drawn> {
 }
 
 fn draw() -> Drawn {
-    let page = fs::read_to_string(file("docs/figures.md")).expect("the page is there");
     let folder = asperity_testkit::folder();
     let path = |name: &str| folder.path().join(name);
-    let kinds_toml = example(&page, "out/kinds.toml");
-    fs::write(path("kinds.toml"), &kinds_toml).expect("the folder can be written");
-    fs::write(path("few.toml"), without_others(&kinds_toml)).expect("the folder can be written");
-    fs::write(path("pictures.toml"), example(&page, "out/pictures.toml")).expect("the folder can be written");
+    let [kinds_toml, family_toml] = EXAMPLES;
+    fs::write(path("kinds.toml"), kinds_toml).expect("the folder can be written");
+    fs::write(path("few.toml"), without_others(kinds_toml)).expect("the folder can be written");
+    fs::write(path("pictures.toml"), family_toml).expect("the folder can be written");
     let (kinds, study) = (path("kinds"), path("study"));
     succeed(&["reproduce", text(&path("kinds.toml")), "--quiet", "--out", text(&kinds)]);
     succeed(&["sweep", "plan", text(&path("pictures.toml")), "-o", text(&study), "--quiet"]);

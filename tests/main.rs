@@ -18,8 +18,8 @@ mod diff;
 mod disk;
 mod draw;
 mod end_to_end;
+mod explain;
 mod export;
-mod figures_page;
 mod files;
 mod first_day;
 mod flips;
@@ -108,7 +108,6 @@ mod support {
     pub(crate) mod pairs;
     pub(crate) mod parquet;
     pub(crate) mod pipelines;
-    pub(crate) mod schemas;
     pub(crate) mod seed;
     pub(crate) mod small;
     pub(crate) mod svg;

@@ -156,7 +156,7 @@ fn mistakes_in_sweeps_and_pipelines_are_refused_with_what_is_meant() {
         (
             "[[claim]]",
             "[[figure.spacetime]]\n[[claim]]",
-            &["did you mean space-time?", "others, see docs/figures.md"],
+            &["did you mean space-time?", "others, see asperity figures"],
         ),
         ("title = \"One\"\n", "", &["title is missing here"]),
         ("[[run]]", "run = 3\n[[runs]]", &["line 3, column 7"]),

@@ -4,6 +4,8 @@ use std::fs;
 
 use asperity_testkit::folder;
 
+use asperity_figures::draw::of_one_run::Kind;
+
 use crate::support::binary::{outcome, run, succeed, text, with_sets};
 
 const SCENARIO: &str = "name = \"slider\"
@@ -53,9 +55,7 @@ fn one_block_is_a_slider_for_every_command() {
     succeed(&["draw", text(&log), "-o", text(&figures)]);
     assert!(figures.join("space-time.svg").is_file());
     // Each kind is drawn, or says what lacks.
-    let kinds = succeed(&["draw", "--list"]);
-    for kind in kinds.lines().filter(|line| !line.starts_with(' ')).filter_map(|line| line.split(':').next())
-    {
+    for Kind { name: kind } in Kind::all() {
         let figure = path(&format!("{kind}.svg"));
         let (code, _, why) = outcome(&["draw", text(&log), "--kind", kind, "-o", text(&figure)]);
         let lacks = why.starts_with(&format!("error: figure {kind}: "));

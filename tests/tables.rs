@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::{ends, run, succeed, text};
 use crate::support::parquet::csv_of;
 use crate::support::small;
-use asperity_record::EventPayload;
 use asperity_testkit::folder;
 
 /// A table as CSV: its heading, and its rows as cells.
@@ -213,14 +212,6 @@ fn a_pipeline_writes_the_precursors_of_a_run_below_one_law_after_the_other() {
     let place = |name: &str| record.find(name).unwrap_or_else(|| panic!("no {name} in {record}"));
     assert!(place("plain.ruptures.csv") < place("plain.precursor-ruptures.csv"));
     assert!(place("plain.precursor-ruptures.csv") < place("plain.events.csv"));
-}
-
-#[test]
-fn the_page_has_the_columns_that_these_tables_add_to_those_of_logs() {
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/outputs.md"));
-    let columns = asperity_tables::tables::rupture_columns(asperity_record::Parts::ALL);
-    let table = asperity_record::markdown(&columns[asperity_record::Rupture::COLUMNS.len()..]);
-    assert!(page.expect("the page is there").contains(&table), "docs/outputs.md lacks\n{table}");
 }
 
 #[test]

@@ -16,7 +16,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
-use asperity_record::{EventKind, Series, SeriesBlock};
 
 use crate::support::binary::succeed;
 use crate::support::clients::{file, said};
@@ -170,33 +169,6 @@ fn the_score_of_the_readme_counts_every_claim() {
     let others = format!("{} more are not\ntests of the physics: {selected} look for", selected + checks);
     assert!(section.contains(&others) && section.contains(&format!("{checks} check")), "{others}");
     assert_eq!(counted + selected + checks, claims, "claims in the README (left) and in the pipelines");
-}
-
-/// The columns stand on the page as the code describes them.
-#[test]
-fn the_columns_of_every_table_are_those_of_the_code() {
-    let page = read("docs/outputs.md");
-    let all = asperity_tables::layout::StepParts {
-        end_forces: true,
-        energies: [true; asperity_record::Energy::COUNT],
-        contact_loads: true,
-        junctions: true,
-        area: true,
-        state: true,
-        recording: true,
-    };
-    let of_records = asperity_tables::layout::record_tables(all);
-    let kinds = asperity_run::detectors::event_kinds(asperity_record::Parts::ALL);
-    let records = of_records.iter().map(|table| (table.name.as_ref(), table.columns.clone()));
-    let series = [EventKind::of::<Series>(), EventKind::of::<SeriesBlock>()];
-    let tables = records.chain(kinds.iter().chain(&series).map(|kind| (kind.topic, kind.columns())));
-    for (topic, columns) in tables {
-        assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
-        let table = asperity_record::markdown(&columns);
-        assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
-    }
-    let nodes = asperity_record::markdown(&asperity_tables::layout::nodes_table(&[0, 1, 2]).columns);
-    assert!(page.contains(&nodes), "docs/outputs.md lacks the columns of nodes, which are\n{nodes}");
 }
 
 /// A folder that looks like the repository, and whose `out` is its own.

@@ -10,6 +10,7 @@ use crate::completions::CompletionsArguments;
 use crate::diff::DiffArguments;
 use crate::draw::DrawArguments;
 use crate::events::EventsArguments;
+use crate::explain::ExplainArguments;
 use crate::export::ExportArguments;
 use crate::man::ManArguments;
 use crate::note::NoteArguments;
@@ -119,6 +120,15 @@ pub(crate) enum Command {
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]
     Sweep(SweepCommand),
+    /// Explain the columns of tables, by file or topic: type, unit and meaning.
+    #[command(after_help = "Examples:\n  asperity columns ruptures\n  asperity columns onset_s")]
+    Columns(ExplainArguments),
+    /// Explain the numbers of runs: unit, meaning, and what each is worth.
+    #[command(after_help = "Examples:\n  asperity numbers front_speed\n  asperity numbers Magnitudes")]
+    Numbers(ExplainArguments),
+    /// Explain the kinds of figures and the tables of pipelines: keys, and an example.
+    #[command(after_help = "Examples:\n  asperity figures space-time\n  asperity figures claim")]
+    Figures(ExplainArguments),
     /// Print the completion script for a shell.
     Completions(CompletionsArguments),
     /// Write the manual pages.

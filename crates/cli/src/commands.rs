@@ -7,7 +7,7 @@ use clap::{Command, Error};
 
 /// Words for commands: of several, the first that this build has is meant.
 const WORDS: &[(&[&str], &[&str])] = &[
-    (&["plot", "figure", "figures", "picture", "graph"], &["draw", "reduce", "report"]),
+    (&["plot", "figure", "picture", "graph"], &["draw", "reduce", "report"]),
     (&["catalog", "quakeml", "magnitudes"], &["catalogue"]),
     (&["ls", "scenarios", "builtins"], &["scenario list"]),
     (&["new", "init", "template", "keys"], &["scenario show"]),

@@ -24,18 +24,18 @@ use crate::{summary, verdict_exit};
 #[command(after_help = "\
 Examples:
   asperity draw out/mine.mcap
-  asperity draw --list
   asperity draw out/mine.mcap --kind lengths,stress -o out/pictures
   asperity draw out/mine.mcap --kind space-time --set which=longest-precursor
 
 Draws only figures; asperity reduce also makes tables, and asperity reproduce
 draws figures that compare runs. Without --kind, a kind for which the run has no
 data is left out, with a note; if --kind names such a kind, the command fails
-and writes nothing. docs/figures.md explains every key.")]
+and writes nothing. asperity figures explains
+the kinds and their keys.")]
 pub(crate) struct DrawArguments {
     /// The run log.
-    #[arg(value_name = "RUN.mcap", required_unless_present = "list")]
-    pub(crate) run: Option<PathBuf>,
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
     /// The kinds of figures [default: overview, lengths, space-time, front-profile,
     /// stress-sequence; of recordings load, lengths, space-time, traces, noise].
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
@@ -54,19 +54,10 @@ pub(crate) struct DrawArguments {
     /// their source: for print, and for comparison byte by byte.
     #[arg(long)]
     pub(crate) no_provenance: bool,
-    /// List the kinds: what each shows, and the keys for --set.
-    #[arg(long, conflicts_with_all = ["run", "kind", "set", "out", "force", "no_provenance"])]
-    pub(crate) list: bool,
 }
 
 pub(crate) fn command(arguments: &DrawArguments, board: &Board) -> Result<(), Failure> {
-    let DrawArguments { run, kind: named, set, out, no_provenance, force, list } = arguments;
-    if *list {
-        return tell_kinds();
-    }
-    let Some(run) = run else {
-        return Err(Failure::BadInput("there is no run (accepted: a run log)".to_owned()));
-    };
+    let DrawArguments { run, kind: named, set, out, no_provenance, force } = arguments;
     let mut kinds = kinds(named)?;
     match (&kinds[..], set.first()) {
         ([kind], _) => kind.check(set).map_err(|error| Failure::BadInput(format!("--set {error}")))?,
@@ -134,7 +125,7 @@ fn kinds(named: &[String]) -> Result<Vec<Kind>, Failure> {
     let found = |name: &String| {
         Kind::find(name).ok_or_else(|| {
             let known: Vec<&str> = Kind::all().map(|kind| kind.name).collect();
-            let among = among(name, &known, "`asperity draw --list`");
+            let among = among(name, &known, "`asperity figures`");
             Failure::BadInput(format!("--kind {name} is no kind of figure{among}"))
         })
     };
@@ -180,18 +171,6 @@ fn add_nodes(run: &Path, checked: &Checked, collector: &mut Collector) -> Result
     let failed = |error| format!("{}: {error}", run.display());
     for state in Nodes::of_log(run, checked.seen.last_step, &at_s).map_err(failed)? {
         collector.nodes(state.map_err(failed)?);
-    }
-    Ok(())
-}
-
-/// Prints the kinds with their descriptions and keys.
-fn tell_kinds() -> Result<(), Failure> {
-    for kind in Kind::all() {
-        say(format_args!("{}: {}", kind.name, kind.shows()))?;
-        let keys = kind.keys();
-        if !keys.is_empty() {
-            say(format_args!("  --set {}", keys.join(", ")))?;
-        }
     }
     Ok(())
 }

@@ -84,7 +84,7 @@ pub(crate) struct ExportArguments {
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
-    /// Instead of topics, these curves of the run, as NAME.curve.CURVE (docs/outputs.md#curves).
+    /// Instead of topics, these curves of the run, as NAME.curve.CURVE (asperity figures lists them).
     #[arg(long, value_name = "CURVE", conflicts_with_all = ["topic", "from_s", "to_s", "nodes_at_s"])]
     pub(crate) curve: Option<String>,
     /// A key of the curves, such as blocks=5. May be repeated.

@@ -13,6 +13,7 @@ mod event_table;
 mod events;
 mod exhausted;
 mod exit;
+mod explain;
 mod export;
 mod given;
 mod interrupt;
@@ -117,6 +118,9 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         Command::Refine(arguments) => refine::command(&arguments, &board),
         Command::Sweep(command) => sweep::command(&command, &board),
+        Command::Columns(arguments) => explain::columns(&arguments),
+        Command::Numbers(arguments) => explain::numbers(&arguments),
+        Command::Figures(arguments) => explain::figures(&arguments),
         Command::Completions(arguments) => completions::command(&arguments),
         Command::Man(arguments) => man::command(&arguments),
     }

@@ -42,7 +42,7 @@ Examples:
 A page is one file that fetches nothing. It shows what a study asks, its claims
 beside their figures, and for every run the load curve, the space-time map of
 its ruptures, and a table of them; a rupture selected in one is marked in all.
-Without scripts, text and tables remain. docs/report.md describes the page.
+Without scripts, text and tables remain. docs/outputs.md describes the page.
 
 For several folders, the page shows their scores and figures and links to the
 report.html of each; pictures stay in their folders. asperity reproduce and

@@ -40,7 +40,7 @@ Numbers describe ruptures: sets of detachments that a front connects, whatever
 slides elsewhere at the same time. Numbers of raw slip events have `event` in
 their names. A precursor is a rupture that includes block 1, does not reach
 every block, and reaches farther than every earlier rupture that includes
-block 1. Units are SI. docs/outputs.md and the schema explain every key.")]
+block 1. Units are SI. asperity numbers and the schema explain every key.")]
 pub(crate) struct SummaryArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]

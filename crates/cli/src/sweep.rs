@@ -121,8 +121,8 @@ Examples:
   asperity sweep draw out/tilts --from out/tilts.toml
 
 A plan never changes, but its figures may: --from draws the figures of a sweep
-that was edited since. docs/figures.md explains their keys. Existing figures are
-replaced.")]
+that was edited since. asperity figures explains their keys. Existing figures
+are replaced.")]
     Draw(SweepDrawArguments),
     /// Print a script that makes the runs on a cluster.
     #[command(after_help = "\

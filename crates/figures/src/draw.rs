@@ -81,7 +81,7 @@ macro_rules! kinds {
             /// labelled at values that were run.
             #[serde(default)]
             pub family: Vec<Family>,
-            /// [Curves](outputs.md#curves) of runs.
+            /// Curves of runs.
             #[serde(default)]
             curve: Vec<curve::CurveFigure>,
             $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*

@@ -2,6 +2,7 @@
 //!
 //! - [`spec`]: the figures of a study, as its sweep writes them and as they are understood.
 //! - [`draw`]: figures drawn with plotters and an embedded font.
+//! - [`keys`]: kinds of figures and their keys, as `asperity figures` explains them.
 //! - [`spelling`]: doc comments as words on a page.
 //!
 //! A figure of a study, understood once the keys that vary are known:
@@ -26,6 +27,7 @@
 //! ```
 
 pub mod draw;
+pub mod keys;
 pub mod spec;
 pub mod spelling;
 

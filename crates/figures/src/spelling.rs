@@ -10,10 +10,6 @@ const SYMBOLS: &str = "F_T / F_N, L_p / L, L_p = L, mu_s / mu_d, mu_d, mu_s, mu_
 /// The words of a doc comment as they stand on a page.
 pub fn spelled(text: &str) -> String {
     let mut line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    // What links lead to in rustdoc is not on the page.
-    for link in ["[`LoadCurve`]", "[`balance_load_ratio`]", "[`screened_load_ratio`]"] {
-        line = line.replace(link, "the [load in time](model.md#the-load-in-time)");
-    }
     for symbol in SYMBOLS.split(", ") {
         let close = symbol.replace(" / ", "/").replace("2 tau", "2τ");
         let printed = GREEK.iter().fold(close, |printed, (word, letter)| printed.replace(word, letter));

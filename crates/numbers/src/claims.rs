@@ -138,7 +138,7 @@ pub struct ClaimSpec {
     pub at: Vec<String>,
     /// A run whose value is subtracted: the claim is about the difference.
     pub minus: Option<String>,
-    /// Runs, or ensembles of runs, whose difference from the run should not matter, such as a kick of
+    /// Runs, or ensembles of runs, whose difference from the run should not matter, such as a first velocity of
     /// 1e-9 m/s. A stated number is then compared with the spread of all of them, widened by the
     /// tolerance of any number, and the rule says how many of them lie below it. A number within the
     /// spread is not contradicted, but this does not count as agreement. Where the source gives no

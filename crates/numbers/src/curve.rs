@@ -151,9 +151,8 @@ impl NamedCurves {
     pub fn find(name: &str) -> Result<&'static NamedCurves, String> {
         let names: Vec<&str> = CURVES.iter().map(|curves| curves.name).collect();
         let found = CURVES.iter().find(|curves| curves.name == name);
-        found.ok_or_else(|| {
-            format!("there is no curve {name:?}{}", among(name, &names, "those of docs/outputs.md#curves"))
-        })
+        found
+            .ok_or_else(|| format!("there is no curve {name:?}{}", among(name, &names, "`asperity figures`")))
     }
 
     /// What the axis across is called for a run.

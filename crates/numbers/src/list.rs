@@ -44,10 +44,10 @@ numbers! {
         /// `mu_d` over that time, 1/s.
         slope_to_dynamic_coefficient_per_s: f64 =
             Loads |run, loads, _| Some(run.mu_d()? / time_to_reach(loads, run.mu_d()?)?);
-        /// Time at which `F_T / F_N` reaches `mu_d` by [`LoadCurve`], s.
+        /// Time at which `F_T / F_N` reaches `mu_d` by the theory of the load in time, s.
         time_to_dynamic_coefficient_theory_s: f64 =
             Events |run, _| LoadCurve::of(&run.scenario)?.time_to_dynamic_s();
-        /// `mu_d` over the time at which `F_T / F_N` reaches it by [`LoadCurve`], 1/s.
+        /// `mu_d` over the time at which `F_T / F_N` reaches it by that theory, 1/s.
         slope_to_dynamic_coefficient_theory_per_s: f64 =
             Events |run, _| Some(run.mu_d()? / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?);
         /// Deviation of the time to `mu_d` from the theory, over the theory.
@@ -55,7 +55,7 @@ numbers! {
             let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
             Some((time_to_reach(loads, run.mu_d()?)? / theory_s - 1.0).abs())
         };
-        /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
+        /// Largest deviation of `F_T / F_N` from the theory of the load in time up to `mu_d`, over `mu_d`.
         load_curve_error_ratio: f64 = Loads |run, loads, _| load_curve_error(run, loads);
         /// `mu_s / mu_d`; none by rate-and-state friction, as are all numbers over `mu_d`.
         coefficient_ratio: f64 = Events |run, _| Some(run.plan.friction.static_coefficient / run.mu_d()?);
@@ -460,7 +460,7 @@ numbers! {
         /// Mean of `F_T / F_N` over time in the second half of the run.
         steady_ft_fn: f64 [unit = "1"] = Loads |_, loads, _| junctions::steady_ft_fn(loads);
         /// Friction over normal load in steady sliding at the velocity of the drive, in theory: of junctions
-        /// at the mean load of a contact, by (a) of the page on junctions; of rate-and-state friction at the
+        /// at the mean load of a contact, by (a) of docs/contacts.md; of rate-and-state friction at the
         /// last velocity of the drive, if it moves at the end.
         steady_friction_theory_ratio: f64 =
             Events |run, _| junctions::steady_ratio(run).or_else(|| rate_and_state::steady_ratio(run));

@@ -40,7 +40,7 @@ impl Number {
         let found = Number::all().find(|number| number.name() == name);
         found.ok_or_else(|| {
             let meant = suggestion(name, Number::all().map(Number::name));
-            format!("there is no number {name:?} (accepted: those of docs/figures.md#numbers){meant}")
+            format!("there is no number {name:?} (accepted: those of `asperity numbers`){meant}")
         })
     }
 
@@ -269,7 +269,7 @@ mod tests {
         assert!(names.len() > 200, "{}", names.len());
         assert_eq!(
             Number::find("coeficient_ratio").unwrap_err(),
-            "there is no number \"coeficient_ratio\" (accepted: those of docs/figures.md#numbers); did you mean \
+            "there is no number \"coeficient_ratio\" (accepted: those of `asperity numbers`); did you mean \
              coefficient_ratio?"
         );
     }

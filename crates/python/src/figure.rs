@@ -14,7 +14,7 @@ use crate::errors::{failed, refused};
 use crate::source::Source;
 use crate::values::{assigned, items};
 
-/// The kinds of figures that `Run.draw` draws: name and what they show (docs/figures.md).
+/// The kinds of figures that `Run.draw` draws: name and what they show (docs/gallery.md).
 #[pyfunction]
 pub(crate) fn figures() -> Vec<(String, String)> {
     Kind::all().map(|kind| (kind.name.to_owned(), kind.shows())).collect()

@@ -481,7 +481,7 @@ impl Run {
         field::nodes(py, &self.source, t)
     }
 
-    /// Curves of it by name, a row for each point (docs/outputs.md#curves).
+    /// Curves of it by name, a row for each point (docs/gallery.md).
     #[pyo3(signature = (name, /, **keys))]
     fn curve(&self, py: Python<'_>, name: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
         let named = NamedCurves::find(name).map_err(refused)?;
@@ -497,7 +497,7 @@ impl Run {
         Ok(Table::of(&asperity_tables::curves::table(named, &curves)))
     }
 
-    /// Draws a figure of it; `asperity.figures()` lists the kinds, docs/figures.md their keys.
+    /// Draws a figure of it; `asperity.figures()` lists the kinds, the command `asperity figures` their keys.
     #[pyo3(signature = (kind = "overview", /, **keys))]
     fn draw(&self, py: Python<'_>, kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Figure> {
         Figure::draw(py, kind, keys, &self.source)

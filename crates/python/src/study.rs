@@ -287,7 +287,7 @@ impl Sweep {
     }
 
     /// Draws the figures that the study asks for, or another file of it, into its folder or another one, as `asperity
-    /// sweep draw` does (docs/figures.md), and returns the files.
+    /// sweep draw` does, and returns the files.
     #[pyo3(signature = (figures = None, *, out = None))]
     fn draw(&self, py: Python<'_>, figures: Option<PathBuf>, out: Option<PathBuf>) -> PyResult<Vec<PathBuf>> {
         let Sweep { plan, results, folder, .. } = self;

@@ -363,27 +363,9 @@ impl<T: CellValue> CellValue for Option<T> {
     }
 }
 
-/// Columns as a Markdown table, one row per column. The unit is a column there, and is removed from the
-/// meaning, which that over an area follows.
-pub fn markdown(columns: &[Column]) -> String {
-    let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
-    for Column { name, kind, unit, about, over_area, .. } in columns {
-        let unit = unit.unwrap_or_default();
-        let over_area = over_area.map(|over_area| {
-            let (first, rest) = over_area.split_at(1);
-            format!(" Over an area: {}{rest}", first.to_lowercase())
-        });
-        let about = format!("{about}{}", over_area.unwrap_or_default());
-        let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
-        let about = about.replace('|', "\\|");
-        table += &format!("| `{name}` | {} | {unit} | {about} |\n", kind.words());
-    }
-    table
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Column, ColumnKind, UNITS, markdown, unit_of};
+    use super::{Column, ColumnKind, UNITS, unit_of};
 
     #[test]
     fn units_stand_last_in_names() {
@@ -411,21 +393,5 @@ mod tests {
     #[should_panic(expected = "must end in an SI unit")]
     fn numbers_without_a_unit_are_refused() {
         Column::new("slowness", ColumnKind::Number, "How slow it is.");
-    }
-
-    #[test]
-    fn a_table_of_columns_has_a_row_for_each() {
-        let columns = [
-            Column::new("block", ColumnKind::Count, " The block."),
-            Column::new("time_s", ColumnKind::Number, "When, |t|, s; null if never."),
-            Column::new("slip_m", ColumnKind::Number, "How far, m.").over_area("How far along x, m."),
-        ];
-        assert_eq!(
-            markdown(&columns),
-            "| column | holds | unit | meaning |\n|---|---|---|---|\n\
-             | `block` | whole number, 32 bits |  | The block. |\n\
-             | `time_s` | double | s | When, \\|t\\|; null if never. |\n\
-             | `slip_m` | double | m | How far. Over an area: how far along x. |\n"
-        );
     }
 }

@@ -10,7 +10,7 @@
 //! Events describe the columns of their tables:
 //!
 //! ```
-//! use asperity_record::{Event, EventKind, GlobalSlip, markdown};
+//! use asperity_record::{Event, EventKind, GlobalSlip};
 //!
 //! let slip = GlobalSlip {
 //!     global: 0,
@@ -30,7 +30,6 @@
 //! for (column, cell) in kind.columns().iter().zip(kind.cells(&event)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
 //! }
-//! assert!(markdown(&kind.columns()).contains("| `onset_s` | double | s | Time of its onset. |"));
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
@@ -62,7 +61,7 @@ mod time;
 mod wording;
 
 pub use checkpoint::Checkpoint;
-pub use column::{Cell, CellValue, Column, ColumnKind, Role, markdown, unit_of};
+pub use column::{Cell, CellValue, Column, ColumnKind, Role, unit_of};
 pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};

@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 
 use asperity_figures::draw::Figures;
+use asperity_figures::keys::Explained;
 use asperity_model::scenario::text::Lines;
 use asperity_model::scenario::typed;
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::claims::ClaimSpec;
 use asperity_numbers::precursors::PrecursorRules;
 use asperity_record::bounds::check_toml;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Written;
@@ -18,7 +19,7 @@ use crate::parameter_table;
 use crate::runs::{RunSpec, SpellOut, check_name};
 
 /// Where all kinds of figures and all keys of a study are listed.
-const LISTED_IN: &str = "docs/figures.md and docs/studies.md";
+const LISTED_IN: &str = "asperity figures and docs/studies.md";
 
 /// What is stored of each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -34,6 +35,15 @@ pub enum Keep {
     Log,
     /// Its run log, if the run fails.
     LogOfFailed,
+}
+
+impl Pipeline {
+    /// The tables of its file that are about named runs.
+    pub fn explained() -> [Explained; 4] {
+        let root = schema_for!(Pipeline).to_value();
+        ["run", "precursors", "study", "claim"]
+            .map(|name| Explained::of_list(&format!("[[{name}]]"), &root, &root["properties"][name]))
+    }
 }
 
 impl Keep {

@@ -367,7 +367,7 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
             (
                 "[{ abuot = \"a\" }]",
                 "line 32, column 11: abuot: unknown key; did you mean about? (accepted: about, quote, at, of, run and 14 \
-                 others, see docs/figures.md and docs/studies.md)",
+                 others, see asperity figures and docs/studies.md)",
             ),
         ] {
             assert_eq!(Pipeline::parse(&each(members)).unwrap_err(), problem);

@@ -7,7 +7,7 @@
 //! Parquet.
 
 use asperity_record::{
-    Cell, Column, ColumnKind, Energy, FieldRecord, Parts, SignalRecord, StepRecord, WindowRecord,
+    Cell, Column, ColumnKind, Energy, EventKind, FieldRecord, Parts, ROWS, SignalRecord, StepRecord, WindowRecord,
 };
 
 use crate::table::Table;
@@ -31,7 +31,7 @@ pub fn record_tables(parts: StepParts) -> Vec<Table> {
         Table::new(FIELDS, fields_columns(parts)),
         Table::new(WINDOW, window_columns(parts)),
     ];
-    if parts.recording {
+    if parts.run.recording {
         tables.push(Table::new(SIGNAL, columns_of(&OF_SIGNAL, signal_arrays(&SignalRecord::default()))));
         tables.push(Table::new(TRACES, OF_TRACES.to_vec()));
     }
@@ -64,6 +64,14 @@ pub fn nodes_table(axes: &[usize]) -> Table {
     Table::new(NODES, columns)
 }
 
+/// All tables of logs, without rows, with the columns that any run may have.
+pub fn all(events: &[EventKind]) -> Vec<Table> {
+    let parts = StepParts { end_forces: true, energies: [true; Energy::COUNT], contact_loads: true, run: Parts::ALL };
+    let rows = ROWS.iter().map(|row| (row.kind)().with(Parts::ALL));
+    let kinds = rows.chain(events.iter().cloned()).map(|kind| Table::new(kind.topic, kind.columns()));
+    record_tables(parts).into_iter().chain([nodes_table(&[0, 1, 2])]).chain(kinds).collect()
+}
+
 /// Optional parts of records, which only some runs have.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StepParts {
@@ -73,14 +81,8 @@ pub struct StepParts {
     pub energies: [bool; Energy::COUNT],
     /// In states of all blocks, the normal load of each: of slabs and bodies.
     pub contact_loads: bool,
-    /// Counts of junctions, by laws that have junctions.
-    pub junctions: bool,
-    /// Components across the sliding direction, of switches and states over an area of contact.
-    pub area: bool,
-    /// The state of contacts, by rate-and-state friction.
-    pub state: bool,
-    /// What sensors measured, in a recording.
-    pub recording: bool,
+    /// Of these, those that the records of the run have.
+    pub run: Parts,
 }
 
 impl StepParts {
@@ -91,22 +93,23 @@ impl StepParts {
             end_forces: record.end_forces_n.is_some(),
             energies: record.energy.values().map(|energy_j| energy_j.is_some()),
             contact_loads: false,
-            junctions: record.junctions.is_some(),
-            area: run.area,
-            state: record.peak_velocity_m_per_s.is_some(),
-            recording: run.recording,
+            run: Parts {
+                junctions: record.junctions.is_some(),
+                state: record.peak_velocity_m_per_s.is_some(),
+                ..run
+            },
         }
     }
 
     /// Of that state of all blocks.
     pub fn of_state(record: &FieldRecord) -> StepParts {
-        StepParts {
-            contact_loads: !record.normal_load_n.is_empty(),
+        let run = Parts {
             junctions: !record.junctions_slipping.is_empty(),
             state: !record.state.is_empty(),
             area: !record.displacement_across_m.is_empty(),
-            ..StepParts::default()
-        }
+            ..Parts::default()
+        };
+        StepParts { contact_loads: !record.normal_load_n.is_empty(), run, ..StepParts::default() }
     }
 }
 
@@ -123,12 +126,12 @@ pub(crate) fn switch_columns(parts: StepParts) -> Vec<Column> {
         number("stick_position_m", "Anchor of the friction spring: left behind or newly taken."),
         number("threshold_n", "Static friction threshold of this step."),
     ];
-    columns.extend(parts.junctions.then_some(JUNCTIONS_SLIPPING));
-    if parts.area {
+    columns.extend(parts.run.junctions.then_some(JUNCTIONS_SLIPPING));
+    if parts.run.area {
         columns.extend(ACROSS);
         columns.push(number("stick_position_across_m", "Anchor of the friction spring across it."));
     }
-    if parts.recording {
+    if parts.run.recording {
         columns.extend([
             number("error_s", "Standard error of the time."),
             of_sensor("step_size", "Size of the step that the sensor saw."),
@@ -160,7 +163,7 @@ pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
 
 /// Those of its columns that arrays of a state fill.
 pub(crate) fn fields_arrays(of: &FieldRecord, parts: StepParts) -> Vec<ArrayColumn<'_>> {
-    let StepParts { contact_loads, junctions, state, area, .. } = parts;
+    let StepParts { contact_loads, run: Parts { junctions, state, area, .. }, .. } = parts;
     let detached = of.detached.iter().map(|flag| Cell::Flag(*flag != 0));
     let slipping = of.junctions_slipping.iter().copied().map(Cell::Count);
     let [displacement_across, velocity_across, force_across] = ACROSS;
@@ -197,9 +200,9 @@ pub(crate) fn window_arrays(of: &WindowRecord, parts: StepParts) -> Vec<ArrayCol
         array(DISPLACEMENT, &of.displacement_m, true),
         array(VELOCITY, &of.velocity_m_per_s, true),
         array(TANGENTIAL_FORCE, &of.tangential_force_n, true),
-        array(displacement_across, &of.displacement_across_m, parts.area),
-        array(velocity_across, &of.velocity_across_m_per_s, parts.area),
-        array(force_across, &of.tangential_force_across_n, parts.area),
+        array(displacement_across, &of.displacement_across_m, parts.run.area),
+        array(velocity_across, &of.velocity_across_m_per_s, parts.run.area),
+        array(force_across, &of.tangential_force_across_n, parts.run.area),
     ]
 }
 
@@ -249,14 +252,14 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
     }
     let energies = Energy::COLUMNS.iter().zip(parts.energies).filter(|(_, has)| *has);
     columns.extend(energies.map(|(column, _)| column.clone()));
-    if parts.state {
+    if parts.run.state {
         columns.push(number("peak_velocity_m_per_s", "Largest speed of any block since the record before."));
     }
-    if parts.junctions {
+    if parts.run.junctions {
         columns.push(step("breaks", "How many junctions broke in all steps before this one."));
         columns.push(step("repins", "How many junctions were pinned again in all steps before this one."));
     }
-    columns.extend(parts.recording.then(|| number("ft_fn_error", "Standard error of `F_T / F_N`.")));
+    columns.extend(parts.run.recording.then(|| number("ft_fn_error", "Standard error of `F_T / F_N`.")));
     columns
 }
 
@@ -341,6 +344,8 @@ pub(crate) const fn word(name: &'static str, about: &'static str) -> Column {
 
 #[cfg(test)]
 mod tests {
+    use asperity_record::Parts;
+
     use super::{StepParts, step_columns};
 
     #[test]

@@ -55,12 +55,12 @@ pub(crate) fn step(record: &StepRecord, parts: StepParts) -> Vec<Cell> {
     }
     let energies = record.energy.values().into_iter().zip(parts.energies).filter(|(_, has)| *has);
     row.extend(energies.map(|(energy_j, _)| energy_j.cell()));
-    row.extend(parts.state.then(|| record.peak_velocity_m_per_s.cell()));
-    if parts.junctions {
+    row.extend(parts.run.state.then(|| record.peak_velocity_m_per_s.cell()));
+    if parts.run.junctions {
         let JunctionTotals { breaks, repins } = record.junctions.unwrap_or_default();
         row.extend([breaks, repins].map(Cell::Step));
     }
-    row.extend(parts.recording.then(|| record.ft_fn_error.cell()));
+    row.extend(parts.run.recording.then(|| record.ft_fn_error.cell()));
     row
 }
 
@@ -76,8 +76,8 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
         Cell::Number(switch.stick_position_m),
         Cell::Number(switch.threshold_n),
     ];
-    row.extend(parts.junctions.then(|| switch.junctions_slipping.cell()));
-    if parts.area {
+    row.extend(parts.run.junctions.then(|| switch.junctions_slipping.cell()));
+    if parts.run.area {
         let across = |component: fn(SwitchAcross) -> f64| switch.across.map(component).cell();
         row.extend([
             across(|across| across.displacement_m),
@@ -86,7 +86,7 @@ pub(crate) fn switch(table: &mut Table, record: &StepRecord, switch: &Switch, pa
             across(|across| across.stick_position_m),
         ]);
     }
-    if parts.recording {
+    if parts.run.recording {
         let of = |number: fn(Measured) -> f64| switch.measured.map(number).cell();
         row.extend([of(|of| of.error_s), of(|of| of.step), of(|of| of.step_error)]);
     }
@@ -146,7 +146,7 @@ pub(crate) fn nodes(table: &mut Table, of: &NodeState) {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Cell, Direction, FieldRecord, Switch, SwitchAcross, WindowRecord};
+    use asperity_record::{Cell, Direction, FieldRecord, Parts, Switch, SwitchAcross, WindowRecord};
 
     use super::{fields, switch, window};
     use crate::layout::{StepParts, record_tables};
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(table.values()[8].cell(1), Cell::Number(6.0));
         assert!(fields(&mut table, &slab, StepParts::default()).is_err(), "a log is of a chain or of a slab");
 
-        let parts = StepParts { junctions: true, ..parts };
+        let parts = StepParts { run: Parts { junctions: true, ..Parts::default() }, ..parts };
         let mut table = record_tables(parts).remove(2);
         assert!(fields(&mut table, &slab, parts).is_err(), "it has no junctions");
         let torn = FieldRecord {
@@ -197,7 +197,7 @@ mod tests {
         let last = [9, 10, 11].map(|n| table.values()[n].cell(1));
         assert_eq!(last, [Cell::Count(7), Cell::Number(0.2), Cell::Number(0.4)]);
 
-        let parts = StepParts { area: true, ..parts };
+        let parts = StepParts { run: Parts { area: true, ..parts.run }, ..parts };
         let mut table = record_tables(parts).remove(2);
         assert!(fields(&mut table, &torn, parts).is_err(), "it has nothing across");
         let over_area = FieldRecord {
@@ -211,7 +211,7 @@ mod tests {
         fields(&mut table, &over_area, parts).unwrap();
         let last = [12, 13, 14, 15].map(|n| table.values()[n].cell(1));
         assert_eq!(last, [2.0, 4.0, 6.0, 8.0].map(Cell::Number));
-        let without = StepParts { area: false, ..parts };
+        let without = StepParts { run: Parts { area: false, ..parts.run }, ..parts };
         assert!(fields(&mut table, &over_area, without).is_err());
     }
 
@@ -235,7 +235,8 @@ mod tests {
             (true, false, vec![Cell::Count(6)]),
             (false, true, [1.0, 2.0, 3.0, 4.0].map(Cell::Number).to_vec()),
         ] {
-            let parts = StepParts { junctions, area, ..StepParts::default() };
+            let parts =
+                StepParts { run: Parts { junctions, area, ..Parts::default() }, ..StepParts::default() };
             let mut table = record_tables(parts).remove(1);
             switch(&mut table, &record, &one, parts);
             let cells: Vec<Cell> = table.values().iter().skip(8).map(|column| column.cell(0)).collect();
@@ -262,7 +263,7 @@ mod tests {
         let blocks: Vec<Cell> = (0..3).map(|row| table.values()[4].cell(row)).collect();
         assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);
 
-        let area = StepParts { area: true, ..parts };
+        let area = StepParts { run: Parts { area: true, ..Parts::default() }, ..parts };
         let mut table = record_tables(area).remove(3);
         assert!(window(&mut table, &dense, area).is_err(), "it has nothing across");
         let over_area = WindowRecord {

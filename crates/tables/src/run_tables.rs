@@ -160,8 +160,8 @@ impl RunTables {
                 });
                 let differs = [
                     ("forces on the ends", parts.end_forces, found.end_forces),
-                    ("counts of junctions", parts.junctions, found.junctions),
-                    ("largest speeds", parts.state, found.state),
+                    ("counts of junctions", parts.run.junctions, found.run.junctions),
+                    ("largest speeds", parts.run.state, found.run.state),
                 ];
                 let energies = Energy::COLUMNS.iter().zip(parts.energies).zip(found.energies);
                 let energies = energies.map(|((column, first), found)| (&*column.name, first, found));
@@ -192,7 +192,8 @@ impl RunTables {
                 }
             }
             Record::Window(record) => {
-                let of_run = StepParts { area: self.of_run.area, ..StepParts::default() };
+                let run = Parts { area: self.of_run.area, ..Parts::default() };
+                let of_run = StepParts { run, ..StepParts::default() };
                 if let Some(table) = self.table(WINDOW, record.time_s) {
                     rows::window(table, record, of_run)?;
                 }
@@ -282,8 +283,10 @@ impl EventRows {
 /// The tables that a log supports: its records, known events, and events whose schema in the log is flat. A
 /// log lists its topics before its first message; a log damaged there may have any known topic.
 fn tables(of_run: Parts, announced: &BTreeMap<&str, &str>, kinds: &[EventKind]) -> Vec<Table> {
-    let mut tables =
-        record_tables(StepParts { area: of_run.area, recording: of_run.recording, ..StepParts::default() });
+    let mut tables = record_tables(StepParts {
+        run: Parts { area: of_run.area, recording: of_run.recording, ..Parts::default() },
+        ..StepParts::default()
+    });
     let rows = RowKind::all_in(of_run).map(|row| (row.kind)().with(of_run));
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     let known = rows.chain(kinds.iter().filter(there).cloned());

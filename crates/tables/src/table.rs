@@ -89,17 +89,6 @@ impl Table {
         table
     }
 
-    /// One row: columns, each with its cell.
-    pub fn of_one(
-        name: impl Into<Cow<'static, str>>,
-        cells: impl IntoIterator<Item = (Column, Cell)>,
-    ) -> Table {
-        let (columns, cells): (_, Vec<Cell>) = cells.into_iter().unzip();
-        let mut table = Table::new(name, columns);
-        table.push(cells);
-        table
-    }
-
     /// The rows of tables with the same columns, one table after the other; None of no table.
     pub fn joined<'t>(tables: impl IntoIterator<Item = &'t Table>) -> Option<Table> {
         let mut tables = tables.into_iter();

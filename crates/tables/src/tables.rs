@@ -1,12 +1,14 @@
 //! The tables that a run is reduced to.
 
 use asperity_model::theory::analytic::LengthLaw;
-use asperity_numbers::curves::{PrecursorPoint, precursor_points, residuals as residuals_of, rupture_points};
+use asperity_numbers::curves::{
+    PrecursorPoint, Residuals, precursor_points, residuals as residuals_of, rupture_points,
+};
 use asperity_numbers::precursors::{self, Precursor, PrecursorRules};
 use asperity_numbers::required_data::RequiredData;
-use asperity_numbers::run_data::{NotKept, RunData};
+use asperity_numbers::run_data::{Load, NotKept, RunData};
 use asperity_numbers::slow_slip::{SlowSlip, slow_slips};
-use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture};
+use asperity_record::{Cell, CellValue, Column, EventKind, Part, Parts, Rupture, SlipEvent};
 
 use crate::layout::{count, flag, number, ratio, step, word};
 use crate::table::{ColumnOf, Table};
@@ -63,42 +65,44 @@ pub fn rupture_columns(parts: Parts) -> Vec<Column> {
 /// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L`, over an area beside
 /// `A_p`, against `F_T / F_N` beside one length law after the other.
 pub fn precursor_ruptures(run: &RunData, laws: &[(LengthLaw, PrecursorRules)]) -> Table {
-    type Row<'a> = (&'a Rupture, PrecursorPoint, LengthLaw, u32);
     let of_law = |(law, rules): &(LengthLaw, PrecursorRules)| {
         let (law, min_blocks) = (*law, rules.min_blocks);
         rupture_points(run, law, rules)
             .into_iter()
-            .map(move |(rupture, point)| (rupture, point, law, min_blocks))
+            .map(move |(rupture, point)| (run, rupture, point, law, min_blocks))
     };
-    let rows: Vec<Row<'_>> = laws.iter().flat_map(of_law).collect();
-    let summary = &run.summary;
     of_run(
         run,
         PRECURSOR_RUPTURES,
-        &rows,
-        &[
-            (RUPTURE, &|row| row.0.rupture.cell()),
-            (ONSET, &|row| row.0.onset_s.cell()),
-            (number("arrival_s", "When its front arrives farthest."), &|row| row.0.arrival_s.cell()),
-            (END, &|row| row.0.end_s.cell()),
-            (LAST_BLOCK, &|row| row.0.last_block.cell()),
-            (flag("reached_every_block", "Whether every block slid."), &|row| {
-                row.0.reached_every_block.cell()
-            }),
-            (LP_L, &|row| row.1.lp_l.cell()),
-            (AP_A, &|row| area_ratio(run, row.0.slipped())),
-            (FT_FN, &|row| row.1.ft_fn.cell()),
-            (LAW, &|row| word_of(run, row.2)),
-            (FT_FN_LAW, &|row| beside_law(run, row.1.predicted)),
-            (RESIDUAL, &|row| beside_law(run, row.1.ft_fn - row.1.predicted)),
-            (step("event", "Number of the slip event in which it began."), &|row| {
-                run.slip_steps.event_at(row.0.onset_step).map(|(event, _)| event).cell()
-            }),
-            (CREEPS, &|_| summary.creeps.cell()),
-            (MISLEAD, &|_| summary.raw_events_mislead.cell()),
-            (MIN_BLOCKS, &|row| row.3.cell()),
-        ],
+        &laws.iter().flat_map(of_law).collect::<Vec<_>>(),
+        &of_precursor_ruptures(),
     )
+}
+
+/// A precursor, or the first slip of the whole slider, beside a law, with the shortest that counts.
+type RuptureRow<'a> = (&'a RunData, &'a Rupture, PrecursorPoint, LengthLaw, u32);
+
+fn of_precursor_ruptures<'a>() -> [ColumnOf<'a, RuptureRow<'a>>; 16] {
+    [
+        (RUPTURE, &|row| row.1.rupture.cell()),
+        (ONSET, &|row| row.1.onset_s.cell()),
+        (number("arrival_s", "When its front arrives farthest."), &|row| row.1.arrival_s.cell()),
+        (END, &|row| row.1.end_s.cell()),
+        (LAST_BLOCK, &|row| row.1.last_block.cell()),
+        (flag("reached_every_block", "Whether every block slid."), &|row| row.1.reached_every_block.cell()),
+        (LP_L, &|row| row.2.lp_l.cell()),
+        (AP_A, &|row| area_ratio(row.0, row.1.slipped())),
+        (FT_FN, &|row| row.2.ft_fn.cell()),
+        (LAW, &|row| word_of(row.0, row.3)),
+        (FT_FN_LAW, &|row| beside_law(row.0, row.2.predicted)),
+        (RESIDUAL, &|row| beside_law(row.0, row.2.ft_fn - row.2.predicted)),
+        (step("event", "Number of the slip event in which it began."), &|row| {
+            row.0.slip_steps.event_at(row.1.onset_step).map(|(event, _)| event).cell()
+        }),
+        (CREEPS, &|row| row.0.summary.creeps.cell()),
+        (MISLEAD, &|row| row.0.summary.raw_events_mislead.cell()),
+        (MIN_BLOCKS, &|row| row.4.cell()),
+    ]
 }
 
 /// The slow slip behind each rupture, a row for each of [`slow_slips`].
@@ -106,29 +110,26 @@ pub fn precursor_ruptures(run: &RunData, laws: &[(LengthLaw, PrecursorRules)]) -
 /// # Errors
 /// If the motion of the run was not kept.
 pub fn slow_slip(run: &RunData) -> Result<Table, NotKept> {
-    Ok(of_run::<SlowSlip<'_>>(
-        run,
-        SLOW_SLIP,
-        &slow_slips(run)?,
-        &[
-            (RUPTURE, &|slip| slip.rupture.rupture.cell()),
-            (ONSET, &|slip| slip.rupture.onset_s.cell()),
-            (count("first_block", "First block, over an area column, reached."), &|slip| {
-                slip.rupture.first_block.cell()
-            }),
-            (LAST_BLOCK, &|slip| slip.rupture.last_block.cell()),
-            (count("contacts", "Contacts with records 0.5 ms after its arrival."), &|slip| {
-                slip.contacts.cell()
-            }),
-            (number("slow_slip_m", "Median displacement up to the next rupture there."), &|slip| {
-                slip.median_m.cell()
-            }),
-            (number("largest_slow_slip_m", "The largest of these."), &|slip| slip.largest_m.cell()),
-            (number("slow_slip_until_link_time_m", "Median displacement up to the link time."), &|slip| {
-                slip.until_link_time_m.cell()
-            }),
-        ],
-    ))
+    Ok(of_run(run, SLOW_SLIP, &slow_slips(run)?, &of_slow_slips()))
+}
+
+fn of_slow_slips<'a>() -> [ColumnOf<'a, SlowSlip<'a>>; 8] {
+    [
+        (RUPTURE, &|slip| slip.rupture.rupture.cell()),
+        (ONSET, &|slip| slip.rupture.onset_s.cell()),
+        (count("first_block", "First block, over an area column, reached."), &|slip| {
+            slip.rupture.first_block.cell()
+        }),
+        (LAST_BLOCK, &|slip| slip.rupture.last_block.cell()),
+        (count("contacts", "Contacts with records 0.5 ms after its arrival."), &|slip| slip.contacts.cell()),
+        (number("slow_slip_m", "Median displacement up to the next rupture there."), &|slip| {
+            slip.median_m.cell()
+        }),
+        (number("largest_slow_slip_m", "The largest of these."), &|slip| slip.largest_m.cell()),
+        (number("slow_slip_until_link_time_m", "Median displacement up to the link time."), &|slip| {
+            slip.until_link_time_m.cell()
+        }),
+    ]
 }
 
 /// The precursor table: `L_p / L`, over an area beside `A_p`, against `F_T / F_N`, the value of the length law, the residual, and the
@@ -139,32 +140,32 @@ pub fn slow_slip(run: &RunData) -> Result<Table, NotKept> {
 pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<Table, NotKept> {
     let found = precursors::find(run, rules)?;
     let points = precursor_points(run, law, &found);
-    let rows: Vec<(Precursor<'_>, PrecursorPoint)> = found.into_iter().zip(points).collect();
-    Ok(of_run(
-        run,
-        PRECURSORS,
-        &rows,
-        &[
-            (step("event", "Number of the slip event; the first one where several were merged."), &|row| {
-                row.0.start.event.cell()
-            }),
-            (count("merged", "Number of slip events it is made of."), &|row| row.0.merged.cell()),
-            (ONSET, &|row| row.0.start.onset_s.cell()),
-            (END, &|row| row.0.end.end_s.cell()),
-            (LAST_BLOCK, &|row| row.0.last_block.cell()),
-            (count("blocks_slipped", "Number of distinct blocks that slid."), &|row| {
-                row.0.blocks_slipped.cell()
-            }),
-            (LP_L, &|row| row.1.lp_l.cell()),
-            (AP_A, &|row| area_ratio(run, row.0.blocks_slipped)),
-            (FT_FN, &|row| row.1.ft_fn.cell()),
-            (LAW, &|_| word_of(run, law)),
-            (FT_FN_LAW, &|row| beside_law(run, row.1.predicted)),
-            (RESIDUAL, &|row| beside_law(run, row.1.ft_fn - row.1.predicted)),
-            (MIN_BLOCKS, &|_| rules.min_blocks.cell()),
-            (MERGE_GAP, &|_| rules.merge_gap_s.cell()),
-        ],
-    ))
+    let rows = found.into_iter().zip(points).map(|(found, point)| (run, found, point, law, rules));
+    Ok(of_run(run, PRECURSORS, &rows.collect::<Vec<_>>(), &of_precursors()))
+}
+
+/// A precursor among slip events beside a law, with the rules of the table.
+type EventRow<'a> = (&'a RunData, Precursor<'a>, PrecursorPoint, LengthLaw, &'a PrecursorRules);
+
+fn of_precursors<'a>() -> [ColumnOf<'a, EventRow<'a>>; 14] {
+    [
+        (step("event", "Number of the slip event; the first one where several were merged."), &|row| {
+            row.1.start.event.cell()
+        }),
+        (count("merged", "Number of slip events it is made of."), &|row| row.1.merged.cell()),
+        (ONSET, &|row| row.1.start.onset_s.cell()),
+        (END, &|row| row.1.end.end_s.cell()),
+        (LAST_BLOCK, &|row| row.1.last_block.cell()),
+        (count("blocks_slipped", "Number of distinct blocks that slid."), &|row| row.1.blocks_slipped.cell()),
+        (LP_L, &|row| row.2.lp_l.cell()),
+        (AP_A, &|row| area_ratio(row.0, row.1.blocks_slipped)),
+        (FT_FN, &|row| row.2.ft_fn.cell()),
+        (LAW, &|row| word_of(row.0, row.3)),
+        (FT_FN_LAW, &|row| beside_law(row.0, row.2.predicted)),
+        (RESIDUAL, &|row| beside_law(row.0, row.2.ft_fn - row.2.predicted)),
+        (MIN_BLOCKS, &|row| row.4.min_blocks.cell()),
+        (MERGE_GAP, &|row| row.4.merge_gap_s.cell()),
+    ]
 }
 
 fn area_ratio(run: &RunData, contacts: u32) -> Cell {
@@ -188,21 +189,25 @@ fn word_of(run: &RunData, law: LengthLaw) -> Cell {
 pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<Table, NotKept> {
     let all = residuals_of(run, law, rules)?;
     let found = all.filter(|_| LengthLaw::are_known(&run.scenario));
-    let coefficient = run.scenario.mean_coefficients()[1];
-    let count_of = all.map_or(0, |found| found.count as u32);
-    Ok(Table::of_one(
-        RESIDUALS,
-        [
-            (RUN, Cell::word(&run.name)),
-            (LAW, word_of(run, law)),
-            (count("precursors", "Number of precursors."), count_of.cell()),
-            (ratio("rms", "Root mean square of their residuals."), found.map(|found| found.rms).cell()),
-            (ratio("max", "The largest magnitude of these."), found.map(|found| found.max).cell()),
-            (ratio("rms_over_mu_d", "`rms` over μ_d."), found.map(|found| found.rms / coefficient).cell()),
-            (MIN_BLOCKS, rules.min_blocks.cell()),
-            (MERGE_GAP, rules.merge_gap_s.cell()),
-        ],
-    ))
+    Ok(Table::of(RESIDUALS, &[(run, law, all.map_or(0, |all| all.count), found, rules)], &of_residuals()))
+}
+
+/// Their number, and how well they follow the law if there is one.
+type ResidualsRow<'a> = (&'a RunData, LengthLaw, usize, Option<Residuals>, &'a PrecursorRules);
+
+fn of_residuals<'a>() -> [ColumnOf<'a, ResidualsRow<'a>>; 8] {
+    [
+        (RUN, &|row| Cell::word(&row.0.name)),
+        (LAW, &|row| word_of(row.0, row.1)),
+        (count("precursors", "Number of precursors."), &|row| (row.2 as u32).cell()),
+        (ratio("rms", "Root mean square of their residuals."), &|row| row.3.map(|found| found.rms).cell()),
+        (ratio("max", "The largest magnitude of these."), &|row| row.3.map(|found| found.max).cell()),
+        (ratio("rms_over_mu_d", "`rms` over μ_d."), &|row| {
+            row.3.map(|found| found.rms / row.0.scenario.mean_coefficients()[1]).cell()
+        }),
+        (MIN_BLOCKS, &|row| row.4.min_blocks.cell()),
+        (MERGE_GAP, &|row| row.4.merge_gap_s.cell()),
+    ]
 }
 
 /// Data that [`first_global_slip`] reads from a run.
@@ -217,21 +222,42 @@ pub fn first_global_slip(run: &RunData) -> Result<Table, NotKept> {
     let slip = run.first_global_slip();
     let loads = run.loads()?;
     let load = slip.and_then(|slip| loads.iter().find(|load| load.step == slip.onset_step));
-    let global = run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as u32;
-    let duration_s = run.plan.grid.time_s(run.header.steps);
-    Ok(Table::of_one(
-        FIRST_GLOBAL_SLIPS,
-        [
-            (RUN, Cell::word(&run.name)),
-            (PARAMETER_SET, Cell::word(&run.header.parameter_set)),
-            (number("step_s", "The time step."), run.header.time_step_s.cell()),
-            (number("duration_s", "How long the run is."), duration_s.cell()),
-            (number("normal_load_start_n", "F_N at the start."), run.plan.total_normal_load_n.cell()),
-            (ratio("beta", "β of the initial shear."), run.scenario.initial_shear.beta.cell()),
-            (ONSET, slip.map(|slip| slip.onset_s).cell()),
-            (number("ft_fn_onset", "F_T/F_N then."), slip.map(|slip| slip.ft_fn_onset).cell()),
-            (number("normal_load_onset_n", "F_N then."), load.map(|load| load.normal_load_n).cell()),
-            (count("global_slips", "Number of slips of the whole slider."), global.cell()),
-        ],
-    ))
+    Ok(Table::of(FIRST_GLOBAL_SLIPS, &[(run, slip, load)], &of_first_global_slips()))
+}
+
+type GlobalSlipRow<'a> = (&'a RunData, Option<&'a SlipEvent>, Option<&'a Load>);
+
+fn of_first_global_slips<'a>() -> [ColumnOf<'a, GlobalSlipRow<'a>>; 10] {
+    [
+        (RUN, &|(run, ..)| Cell::word(&run.name)),
+        (PARAMETER_SET, &|(run, ..)| Cell::word(&run.header.parameter_set)),
+        (number("step_s", "The time step."), &|(run, ..)| run.header.time_step_s.cell()),
+        (number("duration_s", "How long the run is."), &|(run, ..)| {
+            run.plan.grid.time_s(run.header.steps).cell()
+        }),
+        (number("normal_load_start_n", "F_N at the start."), &|(run, ..)| {
+            run.plan.total_normal_load_n.cell()
+        }),
+        (ratio("beta", "β of the initial shear."), &|(run, ..)| run.scenario.initial_shear.beta.cell()),
+        (ONSET, &|(_, slip, _)| slip.map(|slip| slip.onset_s).cell()),
+        (number("ft_fn_onset", "F_T/F_N then."), &|(_, slip, _)| slip.map(|slip| slip.ft_fn_onset).cell()),
+        (number("normal_load_onset_n", "F_N then."), &|(.., load)| {
+            load.map(|load| load.normal_load_n).cell()
+        }),
+        (count("global_slips", "Number of slips of the whole slider."), &|(run, ..)| {
+            (run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as u32).cell()
+        }),
+    ]
+}
+
+/// All tables that runs are reduced to, without rows, with the columns that any run may have.
+pub fn all() -> [Table; 6] {
+    [
+        Table::new(RUPTURES, rupture_columns(Parts::ALL)),
+        Table::of(PRECURSOR_RUPTURES, &[], &of_precursor_ruptures()),
+        Table::of(SLOW_SLIP, &[], &of_slow_slips()),
+        Table::of(PRECURSORS, &[], &of_precursors()),
+        Table::of(RESIDUALS, &[], &of_residuals()),
+        Table::of(FIRST_GLOBAL_SLIPS, &[], &of_first_global_slips()),
+    ]
 }

@@ -17,7 +17,7 @@ use crate::spec::{Measured, MeasuredFile};
 keys! {
     CurveFigure;
 
-    /// The curves, by their [name](outputs.md#curves).
+    /// The curves, by their name.
     #[serde(deserialize_with = "named")]
     #[schemars(with = "String")]
     pub(super) curve: &'static NamedCurves,

@@ -12,7 +12,6 @@ use asperity_numbers::curve::NamedCurves;
 use asperity_numbers::required_data::RequiredData;
 use asperity_numbers::run_data::RunData;
 use asperity_record::{Parts, RunHeader};
-use schemars::schema_for;
 use serde_json::{Map, Value, json};
 
 use super::print;
@@ -20,7 +19,7 @@ use super::print::about::About;
 use super::print::page::Page;
 use super::sheet::{Panel, Sheet};
 use super::{Caption, FigureError, Figures, Origins, drawn};
-use crate::spelling::spelled;
+use crate::keys::{self, Explained};
 
 /// Kinds that compare runs, and show next to nothing of one.
 const OF_SEVERAL: [&str; 4] = ["family", "front-speed", "stability-boundary", "study"];
@@ -41,8 +40,8 @@ const OF_RECORDINGS: [&str; 3] = ["load-ruptures", "moment-duration", "recurrenc
 /// Keys that follow from the run.
 const FILLED_IN: [&str; 6] = ["file", "run", "series", "panel", "curve", "keys"];
 
-/// The keys of all kinds, as their types describe them.
-static SCHEMA: LazyLock<Value> = LazyLock::new(|| schema_for!(Figures).to_value());
+/// All kinds, as their types describe them.
+static EXPLAINED: LazyLock<Vec<Explained>> = LazyLock::new(keys::figures);
 
 /// A kind of figure that one run allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,9 +53,8 @@ pub struct Kind {
 impl Kind {
     /// All kinds, by name.
     pub fn all() -> impl Iterator<Item = Kind> {
-        let names = SCHEMA["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str);
-        let others = names.filter(|name| !OF_SEVERAL.contains(name) && *name != CURVE);
-        others.chain(NamedCurves::all().iter().map(|curves| curves.name)).map(|name| Kind { name })
+        let names = EXPLAINED.iter().map(|kind| &*kind.name);
+        names.filter(|name| !OF_SEVERAL.contains(name)).map(|name| Kind { name })
     }
 
     /// The kind of this name.
@@ -81,28 +79,24 @@ impl Kind {
         self.curves().map_or(self.name, |_| CURVE)
     }
 
-    fn schema(self) -> &'static Value {
-        &SCHEMA["properties"][self.in_pipelines()]
+    fn explained(self) -> &'static Explained {
+        EXPLAINED.iter().find(|kind| kind.name == self.name).expect("kinds are found among these")
     }
 
     fn all_keys(self) -> impl Iterator<Item = &'static str> {
-        let path = self.schema()["items"]["$ref"].as_str().unwrap_or_default();
-        let own = path.rsplit('/').next().unwrap_or_default();
-        SCHEMA["$defs"][own]["properties"].as_object().into_iter().flat_map(Map::keys).map(String::as_str)
+        self.explained().parts.iter().map(|key| &*key[0])
     }
 
-    /// What it shows: the first sentence of its description in the manual.
+    /// What it shows: the first sentence of its description.
     pub fn shows(self) -> String {
-        let of_kind = || self.schema()["description"].as_str().unwrap_or_default();
-        let about = spelled(self.curves().map_or_else(of_kind, |curves| curves.about));
-        let sentence = about.split_once(". ").map_or(about.as_str(), |(first, _)| first);
-        sentence.trim_end_matches('.').to_owned()
+        let about = &self.explained().about;
+        about.split_once(". ").map_or(&**about, |(first, _)| first).trim_end_matches('.').to_owned()
     }
 
     /// The keys that may be given.
     pub fn keys(self) -> Vec<&'static str> {
-        let of_curves = self.curves().map_or(&[][..], |curves| curves.keys).iter().copied();
-        of_curves.chain(self.all_keys().filter(|key| !FILLED_IN.contains(key))).collect()
+        let own = self.all_keys().map(|key| key.trim_start_matches("keys."));
+        own.filter(|key| !FILLED_IN.contains(&key.split('.').next().unwrap_or(key))).collect()
     }
 
     /// Checks keys, each given as `KEY=VALUE`, before any run is read.
@@ -194,8 +188,9 @@ impl Kind {
             } else {
                 keys.insert(key.to_owned(), value);
             }
-            let in_words =
-                |error: serde_json::Error| typed::in_words(assignment, &error.to_string(), "docs/figures.md");
+            let in_words = |error: serde_json::Error| {
+                typed::in_words(assignment, &error.to_string(), "`asperity figures`")
+            };
             figures = understood(&keys).map_err(in_words)?;
         }
         let read = |path: &str| text::read(path.as_ref()).map_err(|error| error.to_string());
@@ -364,7 +359,7 @@ mod tests {
 
     use asperity_record::Parts;
 
-    use super::{Kind, OF_RECORDINGS, OF_SEVERAL, SCHEMA, Target, USUAL_OF_RECORDINGS};
+    use super::{EXPLAINED, Kind, OF_RECORDINGS, OF_SEVERAL, Target, USUAL_OF_RECORDINGS};
     use crate::draw::tests::first_day::runs;
     use crate::draw::{Caption, words};
 
@@ -374,7 +369,7 @@ mod tests {
             [Parts::default(), Parts { area: true, ..Parts::default() }].into_iter().flat_map(Kind::usual);
         let named = usual.map(|kind| kind.name).chain(USUAL_OF_RECORDINGS).chain(OF_RECORDINGS);
         assert!(named.map(Kind::find).all(|kind| kind.is_some()));
-        assert!(OF_SEVERAL.iter().all(|name| SCHEMA["properties"][name].is_object()));
+        assert!(OF_SEVERAL.iter().all(|name| EXPLAINED.iter().any(|kind| kind.name == *name)));
         assert!(Kind::all().count() > 20, "{:?}", Kind::all().collect::<Vec<_>>());
         for kind in Kind::all() {
             assert!(kind.shows().len() > 10, "{kind:?}");

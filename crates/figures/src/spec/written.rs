@@ -1,4 +1,4 @@
-//! A figure of runs over axes as a study writes it. The comments on the keys are what `docs/figures.md` says of them.
+//! A figure of runs over axes as a study writes it. The comments on the keys are what `asperity figures` says of them.
 
 use asperity_model::theory::analytic::LengthLaw;
 use asperity_numbers::quantile;

@@ -10,12 +10,9 @@ use schemars::schema_for;
 use crate::draw::Figures;
 use crate::draw::kind::Figure;
 
-/// One of each kind, as the page on figures has them.
+/// One of each kind.
 fn examples() -> Figures {
-    let page = include_str!("../../../../../docs/figures.md");
-    let (_, example) = page.split_once("# out/kinds.toml\n").expect("the page has the example");
-    let (example, _) = example.split_once("```").expect("it ends");
-    let mut example: toml::Table = example.parse().unwrap();
+    let mut example: toml::Table = crate::keys::EXAMPLES[0].parse().unwrap();
     let figures: toml::Table = example.remove("figure").unwrap().try_into().unwrap();
     let schema = serde_json::to_value(schema_for!(Figures)).unwrap();
     let kinds = schema["properties"].as_object().unwrap().keys();

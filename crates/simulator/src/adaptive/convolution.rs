@@ -206,7 +206,7 @@ mod tests {
                 for (n, found) in stress(&medium, &w).into_iter().enumerate() {
                     let z = z(n).abs();
                     let expected = if z < 1.0 { -1.0 } else { z / (z * z - 1.0).sqrt() - 1.0 };
-                    let counts = z < 0.9 || z > 1.1;
+                    let counts = !(0.9..=1.1).contains(&z);
                     assert!(!counts || (found - expected).abs() < share, "{kind:?} {per_c} {z}: {found}");
                 }
             }

@@ -7,7 +7,8 @@
 //! Parquet.
 
 use asperity_record::{
-    Cell, Column, ColumnKind, Energy, EventKind, FieldRecord, Parts, ROWS, SignalRecord, StepRecord, WindowRecord,
+    Cell, Column, ColumnKind, Energy, EventKind, FieldRecord, Parts, ROWS, SignalRecord, StepRecord,
+    WindowRecord,
 };
 
 use crate::table::Table;
@@ -66,7 +67,8 @@ pub fn nodes_table(axes: &[usize]) -> Table {
 
 /// All tables of logs, without rows, with the columns that any run may have.
 pub fn all(events: &[EventKind]) -> Vec<Table> {
-    let parts = StepParts { end_forces: true, energies: [true; Energy::COUNT], contact_loads: true, run: Parts::ALL };
+    let parts =
+        StepParts { end_forces: true, energies: [true; Energy::COUNT], contact_loads: true, run: Parts::ALL };
     let rows = ROWS.iter().map(|row| (row.kind)().with(Parts::ALL));
     let kinds = rows.chain(events.iter().cloned()).map(|kind| Table::new(kind.topic, kind.columns()));
     record_tables(parts).into_iter().chain([nodes_table(&[0, 1, 2])]).chain(kinds).collect()
@@ -344,7 +346,6 @@ pub(crate) const fn word(name: &'static str, about: &'static str) -> Column {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::Parts;
 
     use super::{StepParts, step_columns};
 

@@ -59,6 +59,10 @@ pub mod format;
 pub mod layout;
 mod lines;
 mod parquet;
+#[cfg(test)]
+#[path = "../../../tests/support/parquet.rs"]
+#[expect(dead_code, reason = "the tests of the root folder use all of it")]
+mod parquet_reading;
 mod rows;
 pub mod run_tables;
 pub mod seas;

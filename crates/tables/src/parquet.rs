@@ -133,39 +133,16 @@ fn in_words(refusal: &Refusal, error: PolarsError) -> io::Error {
 
 #[cfg(test)]
 mod tests {
-    use std::fs::{self, File};
-    use std::io::Cursor;
-
-    use asperity_record::{Cell, RunHeader};
-    use asperity_testkit::run_header;
-    use polars::prelude::Series;
-    use polars_parquet::read::{
-        BasicDecompressor, FileMetadata, PageReader, RowGroupMetadata, column_iter_to_arrays, infer_schema,
-        read_metadata,
-    };
+    use std::fs::File;
 
     use crate::export::about;
     use crate::format::{DAMAGED, Format};
     use crate::layout::{StepParts, record_tables};
+    use asperity_record::{Cell, RunHeader};
+    use asperity_testkit::run_header;
 
     /// Doubles that a format that rounds, or that writes decimals, would lose.
     const DOUBLES: [f64; 6] = [0.1 + 0.2, -0.0, 5e-324, -1.7976931348623157e308, 1e-7, 4.0];
-
-    /// A column of a file.
-    fn column(bytes: &[u8], metadata: &FileMetadata, name: &str) -> Series {
-        let field = infer_schema(metadata).unwrap().get(name).unwrap().clone();
-        let of_group = |group: &RowGroupMetadata| {
-            let chunk = group.columns_under_root_iter(name).unwrap().next().unwrap();
-            let range = chunk.byte_range();
-            let bytes = bytes[range.start as usize..range.end as usize].to_vec();
-            let pages = PageReader::new(Cursor::new(bytes.into()), chunk, vec![], usize::MAX);
-            let kind = &chunk.descriptor().descriptor.primitive_type;
-            let columns = vec![BasicDecompressor::new(pages, vec![])];
-            column_iter_to_arrays(columns, vec![kind], field.clone(), None).unwrap().0
-        };
-        Series::try_from((name.into(), metadata.row_groups.iter().flat_map(of_group).collect::<Vec<_>>()))
-            .unwrap()
-    }
 
     #[test]
     fn doubles_come_back_to_the_bit_with_units_and_header() {
@@ -191,9 +168,8 @@ mod tests {
         });
         writer.finish(&about(&header, source)).unwrap();
 
-        let bytes = fs::read(&path).unwrap();
-        let metadata = read_metadata(&mut Cursor::new(&bytes)).unwrap();
-        let column = |name| column(&bytes, &metadata, name);
+        let (metadata, columns) = crate::parquet_reading::read(&path);
+        let column = |name| columns.iter().find(|column| column.name() == name).unwrap();
         assert_eq!(metadata.row_groups.len(), 2, "the rows up to the end of a group");
         let read = column("displacement_m").f64().unwrap();
         let read: Vec<u64> = read.iter().map(|value| value.unwrap().to_bits()).collect();

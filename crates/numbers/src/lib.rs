@@ -67,6 +67,7 @@ pub mod curve_list;
 pub mod curves;
 pub mod distributions;
 pub mod estimate;
+mod fault_line;
 pub mod fronts;
 pub mod goodness;
 mod growth;

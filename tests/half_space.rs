@@ -167,7 +167,8 @@ fn three_thousand_years_of_the_benchmark_recur() {
         ("series_event_duration_s", 7, 130.684, 1e-2),
     ];
     let mut pipeline = "title = 'BP1-QD'\n[[run]]\nname = 'bp1'\nscenario = 'seas-bp1-qd'\nset = ['recording.series_every=1', \
-                        'recording.rupture_fields_from_blocks=0', 'recording.rupture_fields_s=0']\n"
+                        'recording.rupture_fields_from_blocks=0', 'recording.rupture_fields_s=0', \
+                        'recording.stations_m=[0]']\n"
         .to_owned();
     for (measure, near, value, relative) in claims {
         let [low, high] = [-1.0, 1.0].map(|sign| value * (1.0 + sign * relative));

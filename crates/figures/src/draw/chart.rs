@@ -31,6 +31,8 @@ const LOW: f64 = 860.0;
 /// What stands about a frame, in pixels: a title above or none, numbers and a label below, a label to the left.
 const TITLE: f64 = 84.0;
 const NO_TITLE: f64 = 30.0;
+/// What a b is taller than an a, which alone is at the top of one column.
+const TALLER: f64 = 4.0;
 const NUMBERS: f64 = 66.0;
 const LABEL: f64 = 72.0;
 const EDGE: f64 = 20.0;
@@ -213,6 +215,7 @@ impl Sheet {
         let above = |row: usize| match row {
             _ if is_titled => TITLE,
             0 if title > 0.0 => 0.0,
+            0 if columns > 1 => NO_TITLE + TALLER,
             _ => NO_TITLE,
         };
         let width = width - self.bar.as_ref().map_or(0.0, |bar| BESIDE_PANELS + BAR + bar.room());

@@ -135,7 +135,10 @@ pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
 
 /// Formats the summary in one line.
 pub(crate) fn in_short(summary: &Summary) -> String {
-    let precursors = counted(summary.precursor_count.unwrap_or_default(), "precursor");
+    let precursors = match (summary.precursor_count, summary.rupture_count) {
+        (None, Some(ruptures)) => counted(ruptures, "rupture"),
+        (precursors, _) => counted(precursors.unwrap_or_default(), "precursor"),
+    };
     match (summary.first_global_rupture_onset_s, summary.first_global_rupture_ft_fn) {
         (None, _) => format!("{precursors}, no slip of the whole slider"),
         (Some(onset_s), None) => format!("{precursors}, the whole slider slips at {onset_s:.4} s"),

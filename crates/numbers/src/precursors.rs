@@ -143,10 +143,10 @@ fn among_groups<'a>(
 /// The ruptures that include block 1 and reach farther than every one that does and began before, by onset.
 /// The last may be the first slip of the whole slider, see [`Rupture::reached_every_block`]. Ruptures of
 /// fewer blocks than the rules require are left out; none are merged, since a rupture already contains
-/// everything that belongs together.
+/// everything that belongs together. On a fault line, which has no driven end, none is a precursor.
 pub fn among_ruptures<'a>(run: &'a RunEvents, rules: &PrecursorRules) -> Vec<&'a Rupture> {
     let mut growth = RuptureGrowth::default();
-    for rupture in run.ruptures.iter().flatten() {
+    for rupture in run.ruptures.iter().flatten().filter(|_| run.plan.medium.is_none()) {
         growth.take((rupture.onset_step, rupture.rupture), rupture.reach(), || rupture);
     }
     growth.iter().map(|(_, rupture)| *rupture).filter(|one| one.slipped() >= rules.min_blocks).collect()

@@ -33,7 +33,7 @@ pub fn no_ruptures(run: &RunEvents) -> String {
     format!("the log of run {} has no ruptures: other detectors wrote it", run.name)
 }
 
-/// The ruptures of a run by onset, each with its kind; on a fault line, which has no driven end, there are no precursors.
+/// The ruptures of a run by onset, each with its kind.
 ///
 /// # Errors
 /// In words, if its log has no list of ruptures.
@@ -41,12 +41,11 @@ pub fn sorted(run: &RunEvents) -> Result<Vec<(&Rupture, Sort)>, String> {
     if run.ruptures.is_none() {
         return Err(no_ruptures(run));
     }
-    let is_chain = run.plan.medium.is_none();
     let farther = among_ruptures(run, &PrecursorRules::default());
     let sort = |rupture: &Rupture| match (rupture.reached_every_block, is_among(&farther, rupture)) {
         (true, _) => Sort::GlobalSlip,
-        (false, true) if is_chain => Sort::Precursor,
-        (false, _) => Sort::Other,
+        (false, true) => Sort::Precursor,
+        (false, false) => Sort::Other,
     };
     Ok(run.ruptures_by_onset().into_iter().map(|rupture| (rupture, sort(rupture))).collect())
 }

@@ -73,7 +73,7 @@ mod tests {
     /// Speeds are whole powers of ten; the event speed is 1e-4 m/s.
     #[test]
     fn events_begin_and_end_where_the_logarithm_of_the_speed_passes() {
-        let law = "friction.law = \"rate-and-state\"\nfriction.event_speed_m_per_s = 1e-4";
+        let law = "friction.law = \"rate-and-state\"\nfriction.event_speed_m_per_s = 1e-4\ndrive.velocity_m_per_s = 1e-9";
         let mut run = made_up::run(law, &[]);
         let rows = [(0.0, 1e-9), (1.0, 1e-5), (2.0, 1e-2), (3.0, 1.0), (4.0, 1e-6), (9.0, 1e-3)];
         run.series = rows

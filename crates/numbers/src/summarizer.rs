@@ -36,7 +36,7 @@ pub struct Summarizer {
     /// The area that a contact stands for, m2.
     contact_area_m2: Option<f64>,
     /// Whether moments are per metre of strike.
-    is_in_medium: bool,
+    pub(crate) is_in_medium: bool,
     /// The law of precursor lengths for the scenario, and its parameters.
     pub(crate) length_law: Option<(LengthLaw, LengthLawParameters)>,
     /// The plan, if contacts have a state and every block the same drive spring, so that `F_T` says how far the
@@ -137,7 +137,9 @@ impl Summarizer {
         let slip_m = rupture.mean_slip_m.map(|mean_m| mean_m * f64::from(rupture.slipped()));
         self.slip_m = self.slip_m.zip(slip_m).map(|(sum_m, slip_m)| sum_m + slip_m);
         let starts = (rupture.onset_step, rupture.rupture);
-        self.growth.take(starts, rupture.reach(), || rupture.clone());
+        if !self.is_in_medium {
+            self.growth.take(starts, rupture.reach(), || rupture.clone());
+        }
         if measures::is_wide(rupture) {
             self.wide += 1;
             self.raw.wide_rupture(rupture);

@@ -90,7 +90,7 @@ summary! {
         }
         "Precursors" OneDraw {
             /// Number of precursors, not counting the slip of the whole slider.
-            precursor_count: Option<u64> = run.known(run.precursors().count() as u64),
+            precursor_count: Option<u64> = run.known(run.precursors().count() as u64).filter(|_| !run.is_in_medium),
             /// Length of the longest precursor over the length of the slider, `L_p / L`.
             longest_precursor_ratio: Option<f64> as OfTheMesh = run.lengths().last().copied(),
             /// Mean growth from one precursor to the next, in `L_p / L`; null if there are fewer than

@@ -441,7 +441,7 @@ mod tests {
             (
                 "drive.kind = \"left_right\"",
                 "test.toml:1:14: drive.kind: \"left_right\" is not accepted; did you mean left-right? \
-                 (accepted: \"side\" or \"top\" or \"left-right\" or \"force\")",
+                 (accepted: \"side\" or \"top\" or \"left-right\" or \"force\" or \"plate\")",
             ),
             (
                 "slider.length_m = 0,14",

@@ -1,4 +1,4 @@
-//! A fault line in an elastic medium: BP1-QD of SEAS by an independent program (`fixtures/seas`), growth rates in closed
+//! A fault line in an elastic medium: BP1-QD of SEAS by an independent program (`fixtures/reference/seas`), growth rates in closed
 //! form, and the promises of the solver.
 
 use std::f64::consts::PI;
@@ -181,6 +181,49 @@ fn earthquakes_at_fine_cells_are_those_of_other_programs() {
     for (found, (years, peak_m_per_s)) in found.iter().zip(tandem) {
         assert!(close(found.onset_s / YEAR_S, years, 3e-3), "{found:?}");
         assert!(close(found.peak_m_per_s, peak_m_per_s, 5e-3), "{found:?}");
+    }
+}
+
+/// The fault of Tse and Rice (J. Geophys. Res. 91, 9452, 1986), as in a test of qdyn, whose onsets and peaks these are;
+/// half-cells, and friction and load that vary with depth.
+#[test]
+#[ignore = "minutes: cargo xtask nightly"]
+fn the_fault_of_tse_and_rice_slips_when_it_does_in_qdyn() {
+    let rows = reference("seas/tse-rice-profile.csv");
+    let column = |n: usize| rows.iter().map(|row| row[n].parse().unwrap()).collect::<Vec<f64>>();
+    let [depths_m, a, b, sigma, slip_m] = [0, 1, 2, 3, 4].map(column);
+    let (nodes, year_s) = (a.len(), 365.0 * 86400.0);
+    let (mu, c, f0, v, phi) = (30e9, 3000.0, 0.6, 35e-3 / year_s, 0.99_f64.ln());
+    let stress =
+        |n: usize| sigma[n] * a[n] * (0.5 * ((f0 + b[n] * phi) / a[n]).exp()).asinh() + mu / (2.0 * c) * v;
+    let medium = Medium {
+        kind: MediumKind::HalfSpace,
+        first_node: FirstNode::HalfCell,
+        shear_modulus_pa: mu,
+        density_kg_per_m3: mu / (c * c),
+        spacing_m: 2.0 * depths_m[0],
+        prestress_pa: (0..nodes).map(stress).collect(),
+        direct_effect: a,
+        evolution_effect: b,
+        critical_slip_m: slip_m,
+        normal_stress_pa: sigma,
+    };
+    let start = [vec![v; nodes], vec![phi; nodes]];
+    let plan = line(medium, |law| law.reference_velocity_m_per_s = v, v, start, 500.0 * year_s);
+    let found = events(&run(&solved(plan, 0)).0);
+    // By an independent program with these equations, and by qdyn.
+    let expected = [
+        (1897293691.0, 1897293682.4, 0.65704),
+        (4786339848.0, 4786339843.0, 0.58398),
+        (7733015806.0, 7733015811.4, 0.58529),
+        (10688147130.0, 10688147130.6, 0.58548),
+        (13644545310.0, 13644545315.9, 0.58551),
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, (onset_s, in_qdyn_s, peak_m_per_s)) in found.iter().zip(expected) {
+        assert!(close(found.onset_s, onset_s, 1e-8), "{found:?}");
+        assert!((found.onset_s - in_qdyn_s).abs() < 9.0, "{found:?}");
+        assert!(close(found.peak_m_per_s, peak_m_per_s, 2e-5), "{found:?}");
     }
 }
 

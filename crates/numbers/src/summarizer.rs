@@ -117,7 +117,10 @@ impl Summarizer {
         self.unloaded.take(record);
         for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
             self.detachments += 1;
-            self.creep.slides(switch.block, record.step + 1);
+            // Of a fault line, every rupture begins by creep.
+            if !self.is_in_medium {
+                self.creep.slides(switch.block, record.step + 1);
+            }
         }
     }
 

@@ -78,7 +78,7 @@ section! {
         /// What joins the blocks: none, their bonds; or the stress that slip causes in an elastic medium around a fault
         /// line, of which they are the nodes, by depth: half-space, below a free surface; whole-space; periodic, where
         /// the line repeats itself. Forces are then per metre of strike, friction is rate-and-state without inertia, and
-        /// [medium] has what nodes and medium are.
+        /// the keys of medium say what nodes and medium are.
         medium: MediumChoice = "none"; Word(MediumChoice::WORDS);
     }
 }

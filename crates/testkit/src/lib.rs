@@ -22,6 +22,7 @@
 // Lets `made_up` refer to this crate by its name, in `numbers` as well, whose unit tests include it.
 extern crate self as asperity_testkit;
 
+mod convolution;
 mod direct_junctions;
 pub mod equality;
 mod grey;
@@ -32,6 +33,7 @@ mod random;
 mod records;
 mod reference;
 
+pub use convolution::mirrored_convolution;
 pub use direct_junctions::{DirectChain, DirectContact};
 pub use grey::Grey;
 pub use logs::{first_stray, read_log, read_until_problem, run_end};

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::body::medium::FirstNode;
 use asperity_model::scenario::keys::Key;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::text::what_marks_mean;
@@ -172,7 +171,7 @@ impl Line {
     /// Of a run, if it is of one.
     pub(crate) fn of(run: &Run) -> Option<Line> {
         let spacing_km = run.scenario.slider.spacing_m() / 1e3;
-        let first = if run.scenario.medium.first_node == FirstNode::HalfCell { 0.5 } else { 0.0 };
+        let first = run.scenario.medium.first_node.cells();
         run.scenario.slider.is_in_medium().then_some(Line([first * spacing_km, spacing_km]))
     }
 

@@ -83,6 +83,17 @@ impl Medium {
         self.shear_modulus_pa / (2.0 * self.shear_speed_m_per_s())
     }
 
+    /// Length of the transforms that add up stresses: a power of two in which the line, with its mirror image if it has
+    /// one, is as far from itself as it is long; in a periodic medium the line alone.
+    pub fn transform_length(&self) -> usize {
+        let lines = match self.kind {
+            MediumKind::HalfSpace => 4,
+            MediumKind::WholeSpace => 2,
+            MediumKind::Periodic { .. } => 1,
+        };
+        (lines * self.nodes()).next_power_of_two()
+    }
+
     /// The share of a cell that belongs to a node: half at the surface of a half-space.
     pub fn weight(&self, node: usize) -> f64 {
         let is_at_surface = self.kind == MediumKind::HalfSpace && self.first_node == FirstNode::Surface;

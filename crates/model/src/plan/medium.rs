@@ -43,7 +43,6 @@ impl FaultLine {
         let by_node =
             |list: &List| nodes.clone().map(|n| at_depth(&keys.profile_m, list, depth_m(n))).collect();
         let [a, b, critical_slip_m, sigma_pa]: [Vec<f64>; 4] = lists.map(by_node);
-        let eta = 0.5 * (keys.shear_modulus_pa * keys.density_kg_per_m3).sqrt();
         let is_uniform = scenario.time.start == Start::Uniform;
         let velocity_m_per_s = match scenario.friction.initial_velocity_m_per_s {
             0.0 if is_uniform => velocity,
@@ -68,18 +67,20 @@ impl FaultLine {
             let phi = libm::log(v0 * keys.initial_theta_ratio / velocity);
             nodes.map(|n| (phi, friction_pa(n, phi))).unzip()
         };
-        let medium = Medium {
+        let mut medium = Medium {
             kind,
             first_node: keys.first_node,
             shear_modulus_pa: keys.shear_modulus_pa,
             density_kg_per_m3: keys.density_kg_per_m3,
             spacing_m: dz_m,
-            prestress_pa: friction_pa.iter().map(|pa| pa + eta * velocity_m_per_s).collect(),
+            prestress_pa: friction_pa,
             direct_effect: a,
             evolution_effect: b,
             critical_slip_m,
             normal_stress_pa: sigma_pa,
         };
+        let radiated_pa = medium.radiation_pa_s_per_m() * velocity_m_per_s;
+        medium.prestress_pa.iter_mut().for_each(|pa| *pa += radiated_pa);
         Some(FaultLine { medium, velocity_m_per_s, states })
     }
 }

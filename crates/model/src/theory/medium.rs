@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use crate::body::medium::MediumKind;
 use crate::plan::Plan;
 
 /// Fewest cells in the cohesive zone; with fewer, numbers depend on the spacing of nodes (Day et al., J. Geophys. Res.
@@ -61,10 +60,7 @@ impl FaultEstimate {
             velocity * duration_s * mu / (1.5 * weakening_pa * dz * ln_ratio).max(f64::MIN_POSITIVE);
         let events = if weak_nodes > 0.0 { (recurrences - 1.5).max(0.5) } else { 0.5 };
         let (steps, nodes) = (events * (2000.0 + 14.0 * weak_nodes), medium.nodes() as f64);
-        let length = match medium.kind {
-            MediumKind::Periodic { .. } => nodes,
-            MediumKind::HalfSpace | MediumKind::WholeSpace => (4.0 * nodes).log2().ceil().exp2(),
-        };
+        let length = medium.transform_length() as f64;
         Some(FaultEstimate {
             spacing_m: dz,
             shear_speed_m_per_s: medium.shear_speed_m_per_s(),

@@ -31,11 +31,7 @@ pub(super) struct Convolution {
 impl Convolution {
     pub(super) fn of(medium: &Medium) -> Convolution {
         let (nodes, mu, dz) = (medium.nodes(), medium.shear_modulus_pa, medium.spacing_m);
-        let size = match medium.kind {
-            MediumKind::HalfSpace => (4 * nodes).next_power_of_two(),
-            MediumKind::WholeSpace => (2 * nodes).next_power_of_two(),
-            MediumKind::Periodic { .. } => nodes.next_power_of_two(),
-        };
+        let size = medium.transform_length();
         let (half, angle) = (size / 2, |k: usize| -2.0 * PI * k as f64 / size as f64);
         let turns = |step: usize| {
             [libm::cos, libm::sin].map(|of| (0..size / step).map(|k| of(angle(step * k))).collect::<Vec<_>>())

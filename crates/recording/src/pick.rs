@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::ramp::Ramp;
 use crate::samples::{LANES, Rows};
-use crate::window::{Scatter, Window, extremes};
+use crate::window::{Scatter, Window};
 
 /// A candidate ends before so many windows behind its first index.
 const LONGEST: u64 = 8;
@@ -118,7 +118,7 @@ impl Finders {
                 break;
             }
             // Of all together first, since most have none.
-            let [least, most] = extremes(steps);
+            let [least, most] = window.extremes;
             for (n, finder) in of.iter_mut().enumerate() {
                 // A little less than the threshold, as rounding differs.
                 let Search { scatter, least: size, .. } = finder.search;

@@ -85,6 +85,13 @@ impl Block {
         self.lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
     }
 
+    /// Becomes a copy of another block from a sample on.
+    pub(crate) fn copy(&mut self, of: &Block, from: usize) {
+        self.resize(of.samples - from);
+        let groups = self.groups();
+        self.lanes[..self.samples * groups].copy_from_slice(&of.lanes[from * groups..of.samples * groups]);
+    }
+
     /// Leaves out the first samples.
     pub(crate) fn drop_first(&mut self, samples: usize) {
         let (dropped, groups) = (samples.min(self.samples), self.groups());

@@ -29,11 +29,13 @@ pub(crate) struct Window {
     pub(crate) next: u64,
     /// Over both windows of the last step that was made.
     sums: [[f64; LANES]; 2],
+    /// The least and the largest of the steps that were made last.
+    pub(crate) extremes: [[f64; LANES]; 2],
 }
 
 impl Window {
     pub(crate) fn new(width: u64) -> Window {
-        Window { width, next: width, sums: [[0.0; LANES]; 2] }
+        Window { width, next: width, sums: [[0.0; LANES]; 2], extremes: [[0.0; LANES]; 2] }
     }
 
     /// Adds the steps of a range of indices, which is not behind, to values.
@@ -71,14 +73,16 @@ impl Window {
         let from = first + u64::from(restarts);
         let to = until.min((first / SUMMED + 1) * SUMMED).min(first + MOST_STEPS);
         steps.resize((to - first) as usize, [0.0; LANES]);
+        self.extremes = [[f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]];
         let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
         if restarts {
             let sum = |sums: [f64; LANES], lanes: &[f64; LANES]| from_fn(|n| sums[n] + lanes[n]);
             self.sums = [first - w, first].map(|from| lanes(from).take(w as usize).fold([-0.0; LANES], sum));
             steps[0] = from_fn(|n| self.sums[1][n] / w as f64 - self.sums[0][n] / w as f64);
+            self.extremes = [steps[0]; 2];
         }
         let samples = [from - 1 - w, from - 1, from + w - 1].map(lanes);
-        slide(samples, &mut self.sums, &mut steps[(from - first) as usize..], w);
+        slide(samples, &mut self.sums, &mut steps[(from - first) as usize..], w, &mut self.extremes);
         self.next = to;
         first
     }
@@ -94,7 +98,9 @@ fn slide<'a>(
     sums: &mut [[f64; LANES]; 2],
     steps: &mut [[f64; LANES]],
     w: u64,
+    extremes: &mut [[f64; LANES]; 2],
 ) {
+    let [mut least, mut most] = *extremes;
     let (width, share) = (w as f64, 1.0 / w as f64);
     let [mut before, mut after] = *sums;
     // Of a power of two a product is the quotient to the bit.
@@ -108,21 +114,10 @@ fn slide<'a>(
             true => from_fn(|n| (after[n] - before[n]) * share),
             false => from_fn(|n| after[n] / width - before[n] / width),
         };
+        least = from_fn(|n| lesser(least[n], step[n]));
+        most = from_fn(|n| larger(most[n], step[n]));
     }
-    *sums = [before, after];
-}
-
-/// Least and largest of steps.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-pub(crate) fn extremes(steps: &[[f64; LANES]]) -> [[f64; LANES]; 2] {
-    let (mut least, mut most) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for step in steps {
-        for n in 0..LANES {
-            least[n] = lesser(least[n], step[n]);
-            most[n] = larger(most[n], step[n]);
-        }
-    }
-    [least, most]
+    (*sums, *extremes) = ([before, after], [least, most]);
 }
 
 /// Median and scatter of the step statistic, in units as stored.

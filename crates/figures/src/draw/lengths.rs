@@ -28,8 +28,9 @@ keys! {
     of: Of,
     /// The law drawn as a line; slabs, sheets, bodies and recordings have none.
     law: Option<LengthLaw>,
-    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `F_T/F_N` and `L_p/L`,
-    /// each optionally with a column NAME_error. Its path is relative to this file.
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns `ft_fn_onset` and
+    /// `length_ratio`, each optionally with a column NAME_error. Its path is relative to this file, for `draw` to the
+    /// current folder.
     pub(super) measured: Option<MeasuredFile>,
     /// What the legend calls them; by default the name of their file.
     measured_label: Option<String>,

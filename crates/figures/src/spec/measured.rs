@@ -89,7 +89,7 @@ fn parse(text: &str, axes: [MeasuredAxis<'_>; 2]) -> Result<Vec<[[f64; 2]; 2]>, 
         names.iter().find_map(of).ok_or_else(|| {
             let [name, other] = names;
             let has = heads.iter().map(|head| format!("{head:?}")).collect::<Vec<_>>().join(", ");
-            format!("line 1: no column {name:?} (accepted: a column {name:?} or {other:?}; there are {has})")
+            format!("line 1: no column {name:?} (accepted: {name:?} or {other:?}, between commas; there are {has})")
         })
     };
     let columns = [columns(axes[0])?, columns(axes[1])?];
@@ -151,7 +151,7 @@ mod tests {
         let refused = [
             (
                 "length\n1\n",
-                "line 1: no column \"ft_fn\" (accepted: a column \"ft_fn\" or \"F_T/F_N\"; there are \"length\")",
+                "line 1: no column \"ft_fn\" (accepted: \"ft_fn\" or \"F_T/F_N\", between commas; there are \"length\")",
             ),
             (
                 "ft_fn,length,lenth_error\n1,1,1\n",

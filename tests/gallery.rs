@@ -88,6 +88,7 @@ mod in_ci {
         let words: Vec<String> = words.map(|word| word.replace('\'', "")).collect();
         let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[1] {
+            "draw" if line.contains("width_mm") => words.push("--no-provenance"),
             "draw" => words.extend(["--no-provenance", "--set", "width_mm=80"]),
             "reproduce" | "sweep" => words.push("--no-provenance"),
             _ => {}

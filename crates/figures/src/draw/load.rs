@@ -24,8 +24,8 @@ keys! {
     series: Vec<Labelled>,
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
-    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns named `t (s)` and `F_T/F_N`, each
-    /// optionally with a column NAME_error. Its path is relative to this file.
+    /// A CSV file of measured points, drawn as diamonds with bars of errors: columns `time_s` and `ft_fn`, each
+    /// optionally with a column NAME_error. Its path is relative to this file, for `draw` to the current folder.
     pub(super) measured: Option<MeasuredFile>,
     /// What the legend calls them; by default the name of their file.
     measured_label: Option<String>,

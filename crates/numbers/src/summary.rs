@@ -113,8 +113,8 @@ summary! {
                 mean(run.residuals().iter().map(|(_, residual)| residual * residual)).map(f64::sqrt),
         }
         "Recurrence of global ruptures" OneDraw {
-            /// While the slider settles: median of the first quarter (rounded up) of the times from one
-            /// onset to the next, s; null if there are fewer than two onsets.
+            /// While the slider settles: of the times from one onset to the next, the first quarter (rounded up)
+            /// counts; their median, s; null if there are fewer than two onsets.
             recurrence_transient_s: Option<f64> = run.transient_s(),
             /// After it has settled: median of the second half of these times, s; null if there are fewer
             /// than five onsets.
@@ -201,8 +201,8 @@ summary! {
             /// Largest moment magnitude of a rupture, `(2/3) (log10 M_0 - 9.1)`.
             largest_magnitude: Option<f64> [unit = "1"] =
                 run.magnitudes.all.iter().copied().max_by(f64::total_cmp),
-            /// The completeness, the magnitude above which the law of Gutenberg and Richter fits best and is tested; null, as are
-            /// the four below, of fewer than 51 magnitudes.
+            /// The completeness: the magnitude above which the law of Gutenberg and Richter is fitted and tested. With fewer
+            /// than 51 magnitudes it is null, and so are the four numbers below.
             completeness_magnitude: Option<f64> [unit = "1"] =
                 run.sizes.as_ref().map(|sizes| sizes.completeness),
             /// Number of magnitudes above the completeness.

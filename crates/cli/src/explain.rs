@@ -74,7 +74,7 @@ fn tell(mut all: Vec<Explained>, arguments: &ExplainArguments) -> Result<(), Fai
     all.retain(|of| !of.parts.is_empty());
     if all.is_empty() {
         return Err(Failure::BadInput(format!(
-            "nothing is called {word:?} (accepted: what is listed without a name)"
+            "nothing is called {word:?} (accepted: a name, or part of one, that is listed when none is given)"
         )));
     }
     for Explained { name, about, parts, example } in all {

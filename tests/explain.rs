@@ -1,4 +1,4 @@
-//! `asperity columns`, `numbers` and `figures` explain every column, number and key, and their examples run.
+//! `asperity keys`, `columns`, `numbers` and `figures` explain every column, number and key, and their examples run.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,7 +18,7 @@ fn explained(command: &str) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn every_part_has_a_meaning_and_a_unit_or_type() {
-    for (command, fewest) in [("columns", 200), ("numbers", 220), ("figures", 250)] {
+    for (command, fewest) in [("keys", 90), ("columns", 200), ("numbers", 220), ("figures", 250)] {
         let (headings, parts) = explained(command);
         assert!(parts.len() > fewest && headings.len() > 10, "{command}: {}", parts.len());
         let listed = succeed(&[command]);

@@ -172,8 +172,8 @@ fn all_calls() -> impl Iterator<Item = Call> {
 }
 
 /// Calls without a log.
-const WITHOUT_LOG: [&str; 8] =
-    ["recording", "refine", "sweep", "columns", "numbers", "figures", "completions", "man"];
+const WITHOUT_LOG: [&str; 9] =
+    ["recording", "refine", "sweep", "keys", "columns", "numbers", "figures", "completions", "man"];
 
 /// Steps times blocks that the plain solver takes here.
 const PLAIN: u64 = 5_000_000;

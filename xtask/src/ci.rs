@@ -9,7 +9,7 @@ use clap::Args;
 
 use crate::say::say;
 use crate::workspace::{Failure, cargo, io, program, run, succeeded};
-use crate::{attack, notices, python, test};
+use crate::{attack, book, notices, python, test};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -31,7 +31,7 @@ pub(crate) struct CiArguments {
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 9] = [
+const STAGES: [Stage; 10] = [
     ("format", || run(&mut cargo(&["fmt", "--all", "--check"]))),
     ("licences", notices::check),
     ("advisories", || advisories(|arguments| run(cargo(&["deny", "--locked"]).args(arguments)).is_ok())),
@@ -43,12 +43,13 @@ const STAGES: [Stage; 9] = [
     }),
     ("lint", lint),
     ("python", || python::command(&[])),
+    ("book", book::command),
     // Equal cases in every call, so that the outcome depends on the program and not on chance.
     ("attack", || attack::command(&["--seed".to_owned(), "1".to_owned()])),
 ];
 
 /// What keeps one core busy and waits for files and programs in between: beside the tests, which do as well.
-const SECOND_ROW: [&str; 2] = ["lint", "python"];
+const SECOND_ROW: [&str; 3] = ["lint", "python", "book"];
 
 /// What has a time to end in, and is alone.
 const AT_LAST: &str = "attack";

@@ -5,6 +5,7 @@
 mod against;
 mod attack;
 mod bench;
+mod book;
 mod ci;
 mod clients;
 mod cpu;
@@ -75,6 +76,8 @@ the package in it and runs tests/python with pytest, which receives any
 arguments. cargo xtask ci runs it."
     )]
     Python(Further),
+    /// Make one site with a search of all pages, keys, columns, numbers, figures and commands.
+    Book,
     /// Compare the solvers of each law in all runs, for both parameter sets.
     Verify(verify::VerifyArguments),
     /// Compare the slip events of another revision with those of this checkout.
@@ -125,6 +128,7 @@ fn main() -> ExitCode {
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Test(Further { further }) => test::command(&further),
         Command::Python(Further { further }) => python::command(&further),
+        Command::Book => book::command(),
         Command::Verify(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),
         Command::Golden(arguments) => golden::command(&arguments),

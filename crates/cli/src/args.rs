@@ -120,6 +120,9 @@ pub(crate) enum Command {
     /// Vary parameters: make many runs from one file, here or on a cluster, and tabulate them.
     #[command(subcommand)]
     Sweep(SweepCommand),
+    /// Explain the keys of scenarios, by section: accepted values, default and meaning.
+    #[command(after_help = "Examples:\n  asperity keys slider.blocks\n  asperity keys friction")]
+    Keys(ExplainArguments),
     /// Explain the columns of tables, by file or topic: type, unit and meaning.
     #[command(after_help = "Examples:\n  asperity columns ruptures\n  asperity columns onset_s")]
     Columns(ExplainArguments),

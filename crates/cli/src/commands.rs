@@ -10,7 +10,7 @@ const WORDS: &[(&[&str], &[&str])] = &[
     (&["plot", "figure", "picture", "graph"], &["draw", "reduce", "report"]),
     (&["catalog", "quakeml", "magnitudes"], &["catalogue"]),
     (&["ls", "scenarios", "builtins"], &["scenario list"]),
-    (&["new", "init", "template", "keys"], &["scenario show"]),
+    (&["new", "init", "template"], &["scenario show"]),
     (&["simulate", "sim", "start", "solve"], &["run"]),
     (&["continue", "restart"], &["resume"]),
     (&["info", "stats", "inspect", "describe", "print"], &["summary"]),

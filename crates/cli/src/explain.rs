@@ -1,7 +1,9 @@
-//! `asperity columns`, `numbers` and `figures`: what the code says of tables, of numbers of runs and of figures.
+//! `asperity keys`, `columns`, `numbers` and `figures`: what the code says of scenarios, of tables, of numbers of runs and
+//! of figures.
 
 use asperity_figures::keys::{self, Explained};
 use asperity_figures::spelling::spelled;
+use asperity_model::scenario::keys::{Key, sections};
 use asperity_numbers::{Number, OfRecording, Summary, claim};
 use asperity_record::{Column, Parts};
 use asperity_run::detectors::event_kinds;
@@ -20,6 +22,20 @@ pub(crate) struct ExplainArguments {
     /// Explain everything, as a page in Markdown.
     #[arg(long)]
     markdown: bool,
+}
+
+/// The keys of a scenario, by section.
+pub(crate) fn keys(arguments: &ExplainArguments) -> Result<(), Failure> {
+    let part = |key: &&Key| {
+        let default = key.default_in(false).map_or(String::new(), |default| format!("default {default}"));
+        let meaning = format!("{}: {}", key.symbol, key.doc);
+        [key.path.to_owned(), key.kind.to_string(), default, meaning.trim_start_matches(": ").to_owned()]
+    };
+    let of = |(name, keys): (&str, Vec<&Key>)| {
+        let parts = keys.iter().map(part).collect();
+        Explained { name: name.to_owned(), parts, ..Explained::default() }
+    };
+    tell(sections().into_iter().map(of).collect(), arguments)
 }
 
 /// The columns of all tables: of logs by topic, and of reduced runs.

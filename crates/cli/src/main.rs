@@ -118,6 +118,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         Command::Refine(arguments) => refine::command(&arguments, &board),
         Command::Sweep(command) => sweep::command(&command, &board),
+        Command::Keys(arguments) => explain::keys(&arguments),
         Command::Columns(arguments) => explain::columns(&arguments),
         Command::Numbers(arguments) => explain::numbers(&arguments),
         Command::Figures(arguments) => explain::figures(&arguments),

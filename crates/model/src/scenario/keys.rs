@@ -60,3 +60,17 @@ pub(crate) fn place(path: &str) -> usize {
 pub fn named(path: &str) -> Option<&'static Key> {
     KEYS.iter().chain(STAND_INS.iter()).find(|key| key.path == path)
 }
+
+/// All keys that a scenario may be written with, by section; those of no section are called `scenario`.
+pub fn sections() -> Vec<(&'static str, Vec<&'static Key>)> {
+    let mut all: Vec<(&str, Vec<&Key>)> = Vec::new();
+    for key in KEYS.iter().chain(STAND_INS.iter()) {
+        let section = key.path.rsplit_once('.').map_or("scenario", |(section, _)| section);
+        match all.iter_mut().find(|(name, _)| *name == section) {
+            Some((_, keys)) => keys.push(key),
+            None => all.push((section, vec![key])),
+        }
+    }
+    all.push(("[[recording.window]]", Window::keys().iter().collect()));
+    all
+}

@@ -1,0 +1,105 @@
+"""Fills the folder of the book's sources: `python docs/book/pages.py FOLDER`, in the root folder.
+
+The pages are those of the repository, with what they link to; further chapters are what the command and the package
+say of themselves.
+"""
+
+import ast
+import inspect
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import asperity
+from latex2mathml.converter import convert
+
+ROOT_PAGES = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE*", "SECURITY.md"]
+LINKED = ["docs", "fixtures/clients", "fixtures/figures", "fixtures/golden/CHANGES.md", "pipelines", "tests/clients", "tests/rules"]
+
+
+def said(*words: str) -> str:
+    """What a program prints."""
+    return subprocess.run(words, check=True, capture_output=True, text=True).stdout
+
+
+def for_book(page: str) -> str:
+    """A page with equations that browsers show by themselves, and links to the first pages of folders as mdBook calls them."""
+    page = re.sub(r"(?m)^```math\n([^`]*)```$", lambda tex: f"<div>{convert(tex[1], display='block')}</div>", page)
+    return re.sub(r"(\]\([^)]*)README\.md", r"\1index.md", page)
+
+
+def explained(command: str, title: str) -> str:
+    """What `asperity COMMAND` explains, keys and numbers below a heading each, so that a search leads to them."""
+    page = said("asperity", command, "--markdown")
+    if command in ("keys", "numbers"):
+        page = re.sub(r"(?m)^- (`.*?`) \((.*?)\): ", r"\n#### \1\n\n*\2.* ", page)
+    return f"# {title}\n\n{page}"
+
+
+def commands() -> str:
+    """The help of each command."""
+    page = "# The command line\n"
+    words = [["asperity"]]
+    for command in words:
+        text = said(*command, "--help")
+        page += f"\n## `{' '.join(command)}`\n\n```text\n{text}```\n"
+        listed = re.search(r"(?ms)^Commands:\n(.*?)\n\n", text)
+        names = re.findall(r"(?m)^  (\S+)", listed[1]) if listed else []
+        words += [[*command, name] for name in names if name != "help"]
+    return page
+
+
+def signature(node: ast.stmt) -> str:
+    """How a name is declared; nothing of one that is not public."""
+    if isinstance(node, ast.AnnAssign):
+        return ast.unparse(node)
+    if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
+        return ""
+    if any(ast.unparse(of) == "property" for of in node.decorator_list):
+        return f"{node.name}: {ast.unparse(node.returns)}"
+    return ast.unparse(ast.FunctionDef(**{**vars(node), "body": [ast.Expr(ast.Constant(...))]}))
+
+
+def entry(heading: str, declared: str, about: object) -> str:
+    text = f"\n{heading}\n\n```python\n{declared}\n```\n" if declared else f"\n{heading}\n"
+    return f"{text}\n{inspect.getdoc(about) or ''}\n"
+
+
+def package() -> str:
+    """The public names of the package: types from its sources, meanings from the module."""
+    page = f"# The package\n\n{asperity.__doc__}\n"
+    for source in sorted(Path(asperity.__file__).parent.glob("*.py*")):
+        nodes = ast.parse(source.read_text()).body if source.suffix in (".py", ".pyi") else []
+        for node in nodes:
+            name = getattr(node, "name", "_")
+            if name not in asperity.__all__:
+                continue
+            of = getattr(asperity, name)
+            page += entry(f"### `asperity.{name}`", signature(node), of)
+            for member in getattr(node, "body", []) if isinstance(node, ast.ClassDef) else []:
+                if declared := signature(member):
+                    own = declared.split("(")[0].split(":")[0].split()[-1]
+                    page += entry(f"#### `{name}.{own}`", declared, getattr(of, own, None))
+    return page
+
+
+def main(folder: Path) -> None:
+    for name in said("git", "ls-files", "--", *ROOT_PAGES, *LINKED).splitlines():
+        to = folder / name
+        to.parent.mkdir(parents=True, exist_ok=True)
+        if to.suffix == ".md":
+            to = to.with_name(to.name.replace("README", "index"))
+            to.write_text(for_book(Path(name).read_text()))
+        else:
+            shutil.copyfile(name, to)
+    (folder / "docs/book/SUMMARY.md").replace(folder / "SUMMARY.md")
+    titles = {"keys": "Keys of a scenario", "columns": "Columns", "numbers": "Numbers", "figures": "Figures"}
+    chapters = {command: explained(command, title) for command, title in titles.items()}
+    for name, page in {**chapters, "commands": commands(), "api": package()}.items():
+        (folder / f"docs/{name}.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -25,9 +25,19 @@ def said(*words: str) -> str:
 
 
 def for_book(page: str) -> str:
-    """A page with equations that browsers show by themselves, and links to the first pages of folders as mdBook calls them."""
-    page = re.sub(r"(?m)^```math\n([^`]*)```$", lambda tex: f"<div>{convert(tex[1], display='block')}</div>", page)
+    """A page with equations that browsers show by themselves, and with links to the first pages of folders as mdBook
+    calls them."""
+
+    def equation(tex: re.Match[str]) -> str:
+        return f'<div class="equation">{convert(tex[1], display="block")}</div>'
+
+    page = re.sub(r"(?m)^```math\n([^`]*)```$", equation, page)
     return re.sub(r"(\]\([^)]*)README\.md", r"\1index.md", page)
+
+
+def linked(text: str) -> str:
+    """Words of the program, which name a page by its path."""
+    return re.sub(r"docs/([\w-]+)\.md", r"[\1](\1.md)", text)
 
 
 def explained(command: str, title: str) -> str:
@@ -35,7 +45,7 @@ def explained(command: str, title: str) -> str:
     page = said("asperity", command, "--markdown")
     if command in ("keys", "numbers"):
         page = re.sub(r"(?m)^- (`.*?`) \((.*?)\): ", r"\n#### \1\n\n*\2.* ", page)
-    return f"# {title}\n\n{page}"
+    return f"# {title}\n\n{linked(page)}"
 
 
 def commands() -> str:
@@ -64,12 +74,12 @@ def signature(node: ast.stmt) -> str:
 
 def entry(heading: str, declared: str, about: object) -> str:
     text = f"\n{heading}\n\n```python\n{declared}\n```\n" if declared else f"\n{heading}\n"
-    return f"{text}\n{inspect.getdoc(about) or ''}\n"
+    return f"{text}\n{linked(inspect.getdoc(about) or '')}\n"
 
 
 def package() -> str:
     """The public names of the package: types from its sources, meanings from the module."""
-    page = f"# The package\n\n{asperity.__doc__}\n"
+    page = f"# The package\n\n{asperity.__doc__.replace('::', ':')}\n"
     for source in sorted(Path(asperity.__file__).parent.glob("*.py*")):
         nodes = ast.parse(source.read_text()).body if source.suffix in (".py", ".pyi") else []
         for node in nodes:

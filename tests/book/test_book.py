@@ -29,7 +29,8 @@ new Function("window", load("searchindex"))(window);
 const elasticlunr = new Function("module", "exports", `${load("elasticlunr")}; return module.exports;`)({ exports: {} }, {});
 const { index, search_options, results_options } = window.search;
 const searched = elasticlunr.Index.load(index);
-const found = JSON.parse(names).map((name) =>
+const isIndexed = (name) => elasticlunr.stopWordFilter(name) !== undefined;
+const found = JSON.parse(names).map((name) => !isIndexed(name) ? null :
     searched.search(name, search_options).slice(0, results_options.limit_results).map(({ doc }) => [doc.title, doc.body]));
 console.log(JSON.stringify(found));
 """
@@ -45,14 +46,17 @@ def parts(of: str) -> list[str]:
 
 
 def python_names() -> list[str]:
-    """What the package exports, and the public members of its classes."""
-    classes = [of for name in asperity.__all__ if isinstance(of := getattr(asperity, name), type)]
-    members = [name for of in classes for name in vars(of) if not name.startswith("_")]
-    return [f"asperity.{name}" for name in asperity.__all__ if name != "__version__"] + members
+    """What the package exports, and the public members of its classes, with and without their class."""
+    exported = [name for name in asperity.__all__ if name != "__version__"]
+    classes = [of for name in exported if isinstance(of := getattr(asperity, name), type)]
+    members = [(of.__name__, name) for of in classes for name in vars(of) if not name.startswith("_")]
+    names = [name for _, name in members] + [".".join(member) for member in members]
+    return [f"asperity.{name}" for name in exported] + exported + names
 
 
-def search(names: list[str]) -> list[list[tuple[str, str]]]:
-    """Title and text of the places that a search for each name shows, the best first."""
+def search(names: list[str]) -> list[list[tuple[str, str]] | None]:
+    """Title and text of the places that a search for each name shows, the best first; none of words like `at`, which
+    stand everywhere and are not searched for."""
     if not shutil.which("node"):
         if os.environ.get("ASPERITY_NO_SKIPS") == "1":
             pytest.fail("node is not installed")
@@ -65,11 +69,11 @@ def search(names: list[str]) -> list[list[tuple[str, str]]]:
     "kind, names, fewest",
     [
         ("keys", parts("keys"), 90),
-        ("columns", parts("columns"), 200),
+        ("columns", parts("columns"), 180),
         ("numbers", parts("numbers"), 220),
-        ("figures", re.findall(r"^### (.*)", command("figures", "--markdown"), re.MULTILINE), 50),
+        ("figures", re.findall(r"^### (.*)", command("figures", "--markdown"), re.MULTILINE), 45),
         ("keys of figures", parts("figures"), 100),
-        ("Python", python_names(), 100),
+        ("Python", python_names(), 200),
         ("commands", re.findall(r"^  (\w+)", command("--help").split("Options:")[0], re.MULTILINE), 25),
     ],
 )
@@ -78,12 +82,15 @@ def test_a_search_finds_every_name(kind: str, names: list[str], fewest: int) -> 
     assert len(names) >= fewest
     lost, below = [], []
     for name, found in zip(names, search(names), strict=True):
+        if found is None:
+            assert kind not in ("keys", "numbers"), name
+            continue
         if not any(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", f"{title} {body}") for title, body in found):
             lost.append(name)
-        if name not in [title for title, _ in found[:5]]:
+        if name not in [title for title, _ in found[:10]]:
             below.append(name)
     assert not lost, f"{kind}: {lost}"
-    # Its own entry is among the first.
+    # Its own entry is among the first ten.
     assert kind not in ("keys", "numbers") or not below, f"{kind}: {below}"
 
 

@@ -26,7 +26,7 @@ pub(crate) fn command() -> Result<(), Failure> {
         let install =
             ["install", "mdbook", "--version", MDBOOK, "--locked", "--debug", "--no-default-features"];
         let options = ["--features", "search", "--config", "profile.dev.debug=false", "--root"];
-        run(cargo(&install).args(options).arg(&tools).env("CARGO_TARGET_DIR", tools.join("build")))?;
+        run(cargo(&install).args(options).arg(&tools).env_remove("CARGO_TARGET_DIR"))?;
     }
     run(program(&mdbook).arg("build").arg(&folder))?;
     run(python::with(&python).args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider", "tests/book"]))?;

@@ -6,10 +6,12 @@ say of themselves.
 
 import ast
 import inspect
+import itertools
 import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import asperity
@@ -69,12 +71,14 @@ def signature(node: ast.stmt) -> str:
         return ""
     if any(ast.unparse(of) == "property" for of in node.decorator_list):
         return f"{node.name}: {ast.unparse(node.returns)}"
-    return ast.unparse(ast.FunctionDef(**{**vars(node), "body": [ast.Expr(ast.Constant(...))]}))
+    declared = ast.unparse(ast.FunctionDef(**{**vars(node), "body": [ast.Expr(ast.Constant(...))]})).removesuffix(":\n    ...")
+    return textwrap.fill(declared, 88, subsequent_indent=8 * " ", break_on_hyphens=False)
 
 
-def entry(heading: str, declared: str, about: object) -> str:
+def entry(heading: str, declared: str, about: str | None) -> str:
+    """What is said of a name."""
     text = f"\n{heading}\n\n```python\n{declared}\n```\n" if declared else f"\n{heading}\n"
-    return f"{text}\n{linked(inspect.getdoc(about) or '')}\n"
+    return f"{text}\n{linked(about or '')}\n"
 
 
 def package() -> str:
@@ -87,11 +91,16 @@ def package() -> str:
             if name not in asperity.__all__:
                 continue
             of = getattr(asperity, name)
-            page += entry(f"### `asperity.{name}`", signature(node), of)
-            for member in getattr(node, "body", []) if isinstance(node, ast.ClassDef) else []:
-                if declared := signature(member):
-                    own = declared.split("(")[0].split(":")[0].split()[-1]
-                    page += entry(f"#### `{name}.{own}`", declared, getattr(of, own, None))
+            page += entry(f"### `asperity.{name}`", signature(node), inspect.getdoc(of))
+            members = {}
+            # A field is explained by the text behind it.
+            for member, behind in itertools.pairwise([*getattr(node, "body", []), None]):
+                if isinstance(node, ast.ClassDef) and (declared := signature(member)):
+                    own = re.search(r"(\w+)[(:]", declared)[1]
+                    is_field = isinstance(member, ast.AnnAssign) and isinstance(behind, ast.Expr)
+                    about = inspect.cleandoc(behind.value.value) if is_field else inspect.getdoc(getattr(of, own))
+                    members[f"`{own}`"] = entry(f"#### `{name}.{own}`", declared, about)
+            page += f"\n{', '.join(members)}\n{''.join(members.values())}"
     return page
 
 

@@ -61,9 +61,9 @@ fn examples() -> Vec<(String, String)> {
     parts
         .map(|part| {
             let (name, part) = part.split_once('\n').expect("a heading ends");
-            let example =
-                part.lines().filter_map(|line| line.strip_prefix("    ")).collect::<Vec<_>>().join("\n");
-            (name.to_owned(), example)
+            let (_, example) = part.split_once("```toml\n").expect("it has an example");
+            let (example, _) = example.split_once("\n```").expect("it ends");
+            (name.to_owned(), example.to_owned())
         })
         .collect()
 }

@@ -100,8 +100,11 @@ fn tell(mut all: Vec<Explained>, arguments: &ExplainArguments) -> Result<(), Fai
                 format!("- `{name}` ({}): {meaning}\n", of.join(", "))
             };
             let rows: String = parts.iter().map(row).collect();
-            let example = format!("    {}", example.replace('\n', "\n    "));
-            let all = [&format!("### {name}"), &about, rows.trim_end(), example.trim_end()];
+            let example = match example.trim_end() {
+                "" => String::new(),
+                example => format!("```toml\n{example}\n```"),
+            };
+            let all = [&format!("### {name}"), &about, rows.trim_end(), &example];
             let all: Vec<_> = all.into_iter().filter(|text| !text.is_empty()).collect();
             all.join("\n\n") + "\n\n"
         } else {

@@ -14,6 +14,9 @@ fn main() {
     let name = this.file_name().expect("the crate has a folder").to_string_lossy().into_owned();
     let workspace = fs::canonicalize(this.join("../..")).expect("the workspace is there");
     let rustc = rustc();
+    if !workspace.join("Cargo.toml").exists() {
+        return of_release(&rustc);
+    }
     let inputs = match code_version::Inputs::of(&workspace, &name, &rustc) {
         Ok(inputs) => inputs,
         Err(error) => panic!("the code version cannot be made: {error}"),
@@ -35,6 +38,17 @@ fn main() {
     for (name, inputs) in [("CODE_VERSION", inputs), ("RECORDING_CODE_VERSION", of_recordings)] {
         let version = inputs.version().expect("the sources can be read");
         println!("cargo::rustc-env=ASPERITY_{name}={version}");
+    }
+}
+
+/// A package from a registry has no workspace around it: its release names what it is built of, but for packages of others.
+fn of_release(rustc: &str) {
+    let release = env::var("CARGO_PKG_VERSION").expect("cargo says which release it is");
+    println!("cargo::rustc-env=ASPERITY_RUSTC={rustc}");
+    for name in ["CODE_VERSION", "RECORDING_CODE_VERSION"] {
+        let words = [("release", &*release), ("rustc", rustc)].map(|(name, word)| (name.into(), word.into()));
+        let inputs = code_version::Inputs { files: [].into(), words: words.into() };
+        println!("cargo::rustc-env=ASPERITY_{name}={}", inputs.version().expect("no file is read"));
     }
 }
 

@@ -127,3 +127,22 @@ fn it_is_that_of_the_sources_beside_it_in_copies_and_moved_checkouts() {
     write(&moved.join("crates/detect-new/src/lib.rs"), "// Another detector.\n");
     assert_ne!(version(&moved), with, "and changed");
 }
+
+/// What a registry gives has no workspace, and was not compiled.
+#[test]
+fn a_package_from_a_registry_has_that_of_its_release() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    make(folder.path());
+    let package = folder.path().join("crates/run");
+    let of_release = |release: &str| {
+        let uses = "blake3 = { path = \"../blake3\" }\n";
+        let text = format!("{}[build-dependencies]\n{uses}[workspace]\n", manifest("asperity-run", ""));
+        write(&package.join("Cargo.toml"), &text.replace("0.1.0", release));
+        version(&package)
+    };
+    fs::remove_file(folder.path().join("Cargo.toml")).expect("it was made");
+    let first = of_release("0.1.0");
+    write(&package.join("src/lib.rs"), "// More.\n");
+    assert_eq!(of_release("0.1.0"), first);
+    assert_ne!(of_release("0.1.1"), first);
+}

@@ -101,6 +101,7 @@ def test_what_is_not_there_is_not_found() -> None:
 def test_links_lead_somewhere_and_nothing_is_fetched() -> None:
     text = {page: page.read_text() for page in PAGES}
     anchors = {page: {unescape(name) for name in re.findall(r'\bid="([^"]*)"', of)} for page, of in text.items()}
+    assert all((HTML / "docs" / f"{page.stem}.html").is_file() for page in ROOT.glob("docs/*.md"))
     dead, checked = [], 0
     for page, of in text.items():
         assert not re.search(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//', of), page

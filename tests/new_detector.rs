@@ -31,7 +31,7 @@ const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
 const CHANGES: [(&str, &str, &str); 4] = [
     (
         "Cargo.toml",
-        "asperity-detect-rupture = { path = \"crates/detect-rupture\", version = \"0.1.0\" }\n",
+        "asperity-detect-rupture = { path = \"crates/detect-rupture\", version = \"=0.1.0\" }\n",
         "asperity-detect-longest = { path = \"crates/detect-longest\" }\n",
     ),
     (

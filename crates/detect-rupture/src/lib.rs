@@ -29,6 +29,7 @@
 //!     spacing_m: 0.001,
 //!     modulus_n_per_m: 5e6,
 //!     interfacial_stiffness_n_per_m: 2e6,
+//!     first_share: 1.0,
 //! };
 //! let detector = RuptureDetector::new(10, links);
 //! let detectors = Detectors::new(10, SlipRules::EVERY_SLIP, vec![Box::new(detector)]);
@@ -66,6 +67,8 @@ pub struct Links {
     pub modulus_n_per_m: f64,
     /// Stiffness of a friction spring, N/m, for the energy of its stretch.
     pub interfacial_stiffness_n_per_m: f64,
+    /// The share of a block's length that belongs to the first one: half of a node at the surface of a medium.
+    pub first_share: f64,
 }
 
 impl Links {
@@ -248,15 +251,19 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let slips: Option<Vec<f64>> = passages.values().map(slip_size_m).collect();
     let strength_drops: Option<Vec<f64>> = passages.values().map(Passage::strength_drop_n).collect();
     let force_drops: Option<Vec<f64>> = passages.values().map(Passage::shear_force_drop_n).collect();
+    // Forces are over the length that belongs to a block, slips are not.
+    let share = |block: &u32| if *block == 1 { links.first_share } else { 1.0 };
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
+    let sum_of_slips =
+        |slips: &Vec<f64>| passages.keys().zip(slips).map(|(block, slip)| share(block) * slip).sum::<f64>();
     let weighted = |(drops, slips): (&Vec<f64>, &Vec<f64>)| {
         let weighted: f64 = drops.iter().zip(slips).map(|(drop, slip)| drop * slip).sum();
-        let sum_m = sum(slips);
+        let sum_m = sum_of_slips(slips);
         (sum_m > 0.0).then(|| weighted / sum_m)
     };
-    let count = passages.len() as f64;
+    let count: f64 = passages.keys().map(share).sum();
     // Over the width of the slider, or of a contact.
-    let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
+    let potency_m2 = slips.as_ref().map(|slips| sum_of_slips(slips) * spacing_m);
     let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
     // Adds 0 to avoid -0 for laws without friction springs.
     let anchor_change_j = 0.5 * interfacial_stiffness_n_per_m * slipped.anchored_m2 + 0.0;
@@ -280,7 +287,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
         detachments: slipped.detachments,
         front_speed_up_m_per_s: speed_m_per_s(|column, nucleation| column >= nucleation),
         front_speed_down_m_per_s: speed_m_per_s(|column, nucleation| column <= nucleation),
-        mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
+        mean_slip_m: slips.as_ref().map(|slips| sum_of_slips(slips) / count),
         largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(0.0, f64::max)),
         potency_m2: potency_m2.filter(|_| rows.is_none()),
         moment_n_m: potency_m2.map(|potency_m2| potency_m2 * modulus_n_per_m),

@@ -21,6 +21,7 @@ fn links() -> Links {
         spacing_m: 0.001,
         modulus_n_per_m: 50.0,
         interfacial_stiffness_n_per_m: 2.0,
+        first_share: 1.0,
     }
 }
 
@@ -301,4 +302,30 @@ fn a_front_tells_its_speed_and_what_was_before() {
         assert_eq!(arrival.front_speed_m_per_s.is_none(), arrival.block == 5);
         assert!(arrival.front_speed_m_per_s.is_none_or(|found| (found - speed).abs() < 1e-12));
     }
+}
+
+/// As of a node at the surface of a medium, whose force is that of half a cell, although it slips as others.
+#[test]
+fn half_a_first_block_counts_half() {
+    let links = Links { first_share: 0.5, ..links() };
+    let at = |step: u64, direction, of: [(f64, f64); 2]| {
+        let switches = (1..).zip(of).map(|(block, (displacement_m, tangential_force_n))| Switch {
+            displacement_m,
+            stick_position_m: displacement_m,
+            tangential_force_n,
+            ..switch(block, direction)
+        });
+        StepRecord { switches: switches.collect(), ..quiet_step(step, step as f64 * STEP_S, 0.4) }
+    };
+    let records = [
+        at(1, Direction::Detach, [(0.0, 4.0), (0.0, 8.0)]),
+        at(3, Direction::Attach, [(0.004, 1.0), (0.001, 2.0)]),
+        quiet_step(20, 20.0 * STEP_S, 0.4),
+    ];
+    let detectors = Detectors::new(2, SlipRules::EVERY_SLIP, vec![Box::new(RuptureDetector::new(2, links))]);
+    let events = detectors.with_ruptures(links.tracker(2)).all_events(&records);
+    let rupture: &Rupture = events.iter().find_map(Event::get).expect("there is one");
+    let near = |found: Option<f64>, expected: f64| (found.unwrap() / expected - 1.0).abs() < 1e-12;
+    assert!(near(rupture.mean_slip_m, 0.002) && near(rupture.potency_m2, 3e-6), "{rupture:?}");
+    assert!(near(rupture.moment_n_m, 50.0 * 3e-6) && near(rupture.mean_strength_drop_n, 6.0), "{rupture:?}");
 }

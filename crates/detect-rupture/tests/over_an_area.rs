@@ -126,6 +126,7 @@ fn links() -> Links {
         spacing_m: SPACING_M,
         modulus_n_per_m: MODULUS_N_PER_M,
         interfacial_stiffness_n_per_m: 2.0,
+        first_share: 1.0,
     }
 }
 

@@ -56,7 +56,8 @@ impl Entry {
     }
 }
 
-/// The size of the slip of a contact in a rupture, its column, and the drop of its strength.
+/// The size of the slip of a contact in a rupture times the share of a cell that belongs to it, its column, and the drop of
+/// its strength over this share.
 struct ContactSlip {
     column: u32,
     slip_m: f64,
@@ -64,7 +65,7 @@ struct ContactSlip {
 }
 
 /// The area that a contact stands for, m2: its length times the width of the slider, or of the contact over an area; in
-/// a medium times a metre of strike, although a node at the surface has half of it.
+/// a medium times a metre of strike.
 pub(crate) fn contact_area_m2(block_length_m: f64, scenario: &Scenario) -> f64 {
     let slider = &scenario.slider;
     block_length_m
@@ -156,8 +157,12 @@ impl Observer for Catalogue {
         } else if let Some(arrival) = event.get::<Arrival>() {
             let of_contact = arrival.slip_size_m().zip(arrival.strength_drop_n());
             let column = self.contacts.column(arrival.block);
-            let of_contact =
-                of_contact.map(|(slip_m, strength_drop_n)| ContactSlip { column, slip_m, strength_drop_n });
+            let share = self.medium.as_ref().map_or(1.0, |of| of.weight(arrival.block as usize - 1));
+            let of_contact = of_contact.map(|(slip_m, drop_n)| ContactSlip {
+                column,
+                slip_m: share * slip_m,
+                strength_drop_n: drop_n / share,
+            });
             match (self.slips.entry(arrival.rupture).or_insert_with(|| Some(Vec::new())), of_contact) {
                 (Some(slips), Some(of_contact)) => slips.push(of_contact),
                 (slips, _) => *slips = None,

@@ -133,7 +133,7 @@ pub(crate) struct Field {
     steps: Py<PyAny>,
     /// Times, s: shape (times,).
     t: Py<PyAny>,
-    /// Positions of the contacts along the slider, m: shape (contacts,).
+    /// Positions of the contacts along the slider, in a medium their depths, m: shape (contacts,).
     x: Py<PyAny>,
     /// Positions of the contacts across the sliding direction, m: shape (contacts,); 0 in a single row.
     y: Py<PyAny>,

@@ -61,6 +61,7 @@ pub fn event_kinds(parts: Parts) -> Vec<EventKind> {
         spacing_m: 1.0,
         modulus_n_per_m: 1.0,
         interfacial_stiffness_n_per_m: 1.0,
+        first_share: 1.0,
     };
     let rows = if parts.area { 2 } else { 1 };
     let blocks = Contacts::in_rows(2 * rows, rows).expect("rows of two contacts");
@@ -75,8 +76,7 @@ pub fn of_plan(plan: &Plan) -> Detectors {
     let contacts = plan.elastic.layout();
     let radiation = plan.friction.law.radiation_kg_per_s() > 0.0;
     let parts = Parts { area: contacts.is_area(), radiation, ..Parts::default() };
-    let detectors = Settings::default().for_run(contacts, plan.grid, plan.scales, parts, None);
-    detectors.with_spring_factors(plan.spring_factors())
+    Settings::default().for_run(contacts, plan.grid, plan.scales, parts, None, Some(plan))
 }
 
 /// The kinds of events that the detectors of one run emit.
@@ -200,14 +200,13 @@ impl Settings {
     pub fn start(&self, header: &RunHeader, scenario: Option<&Scenario>) -> Detectors {
         let (contacts, time_grid) = (header.contacts(), header.time_grid());
         let sensors = header.sensors.as_ref();
-        let detectors = self.for_run(contacts, time_grid, header.scales, header.parts(), sensors);
         let is_its = |scenario: &&Scenario| scenario.slider.contacts() == header.blocks;
-        match scenario.filter(is_its).filter(|scenario| scenario.has_spring_factors()) {
-            Some(scenario) => detectors.with_spring_factors(Plan::new(scenario).spring_factors()),
-            None => detectors,
-        }
+        let differ = |scenario: &&Scenario| scenario.has_spring_factors() || scenario.slider.is_in_medium();
+        let plan = scenario.filter(is_its).filter(differ).map(Plan::new);
+        self.for_run(contacts, time_grid, header.scales, header.parts(), sensors, plan.as_ref())
     }
 
+    /// A plan is needed where contacts differ in size or stiffness.
     fn for_run(
         &self,
         blocks: Contacts,
@@ -215,6 +214,7 @@ impl Settings {
         scales: Scales,
         parts: Parts,
         sensors: Option<&Sensors>,
+        plan: Option<&Plan>,
     ) -> Detectors {
         let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
         let links = Links {
@@ -223,12 +223,17 @@ impl Settings {
             spacing_m: scales.block_length_m,
             modulus_n_per_m: scales.modulus_n_per_m,
             interfacial_stiffness_n_per_m: scales.interfacial_stiffness_n_per_m,
+            first_share: plan.and_then(|plan| plan.medium.as_ref()).map_or(1.0, |medium| medium.weight(0)),
         };
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
         let run = OfRun { blocks, links, parts, sensors: sensors.cloned().map(Arc::new) };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run.clone())).collect())
-            .with_ruptures(links.tracker(blocks))
+        let all = Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run.clone())).collect())
+            .with_ruptures(links.tracker(blocks));
+        match plan {
+            Some(plan) => all.with_spring_factors(plan.spring_factors()),
+            None => all,
+        }
     }
 }
 

@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use asperity_model::body::medium::Medium;
 use asperity_model::{Plan, RecordingPlan, Scenario, WindowPlan};
 use asperity_record::{Contacts, Observer, Record};
 use asperity_runlog::{RunReader, Topics};
@@ -74,7 +75,7 @@ pub struct Field {
     pub steps: Vec<u64>,
     /// Their times, s.
     pub time_s: Vec<f64>,
-    /// The positions of the contacts along the slider, m; the first is 0.
+    /// The positions of the contacts along the slider, m; the first is 0, in a medium at its depth.
     pub position_m: Vec<f64>,
     /// Their positions across it, m; all 0 where they lie in a single row.
     pub position_across_m: Vec<f64>,
@@ -130,7 +131,9 @@ impl Field {
             let found = states::saved(&mut reader, last_sound_step, &[before_step], stop, observe);
             if recorded.is_whole() {
                 let grid = header.time_grid();
-                return Ok(recorded.field(|step| grid.time_s(step), header.scales.block_length_m));
+                let medium = plan.ok().and_then(|plan| plan.medium);
+                let spacing_m = header.scales.block_length_m;
+                return Ok(recorded.field(|step| grid.time_s(step), spacing_m, medium.as_deref()));
             }
             found
         };
@@ -178,6 +181,7 @@ fn compute(
     stop: &dyn Fn() -> bool,
 ) -> Result<Field, StatesError> {
     let (contacts, spacing_m, grid) = (plan.elastic.layout(), plan.spacing_m, plan.grid);
+    let medium = plan.medium.clone();
     let Span { from_step, to_step, every_steps } = span;
     let window = WindowPlan { from_step, to_step, every_steps: every_steps.max(1), blocks: 0..plan.blocks };
     let recording = RecordingPlan { windows: vec![window], ..RecordingPlan::default() };
@@ -189,7 +193,7 @@ fn compute(
     while let Some(record) = states::next(&mut *solver, stop)? {
         found.add(&record);
     }
-    Ok(found.field(|step| grid.time_s(step), spacing_m))
+    Ok(found.field(|step| grid.time_s(step), spacing_m, medium.as_deref()))
 }
 
 /// Takes the steps of a logged run once more, from its beginning, and passes other records to an observer than the log
@@ -242,10 +246,11 @@ impl Collected {
         all.map(|contact| f64::from(place(self.contacts, contact) - 1) * spacing_m).collect()
     }
 
-    fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64) -> Field {
+    fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64, medium: Option<&Medium>) -> Field {
+        let along_m = |medium: &Medium| (0..medium.nodes()).map(|node| medium.depth_m(node)).collect();
         Field {
             time_s: self.steps.iter().map(|step| time_s(*step)).collect(),
-            position_m: self.positions_m(spacing_m, Contacts::column),
+            position_m: medium.map_or_else(|| self.positions_m(spacing_m, Contacts::column), along_m),
             position_across_m: self.positions_m(spacing_m, Contacts::row),
             steps: self.steps,
             values: self.values,

@@ -22,6 +22,7 @@ mod series;
 
 use std::sync::Arc;
 
+use asperity_model::law::rate_and_state::MOST_STATE;
 use asperity_model::plan::outside::Driving;
 use asperity_model::{AdaptiveState, Crossing, Plan, SliderState, Sum};
 
@@ -253,6 +254,11 @@ impl<M: Motion> Adaptive<M> {
                 self.step_s = step_s;
                 break;
             }
+            if error.is_nan()
+                && let Some(refused) = self.state_overflow()
+            {
+                return Err(refused);
+            }
             self.counters.rejected_steps += 1;
         }
         self.counters.adaptive_steps += 1;
@@ -312,6 +318,23 @@ impl<M: Motion> Adaptive<M> {
     /// From the beginning of the step to a time.
     fn seconds_to(&self, time_s: f64) -> f64 {
         (time_s - self.time_s.total) - self.time_s.rest
+    }
+
+    /// The run cannot continue: a block whose state, at the beginning of the step, is too large for velocities.
+    fn state_overflow(&self) -> Option<SimulationError> {
+        let step = self.plan.grid.first_step_from(self.time_s.value());
+        let of_chain = self.plan.friction.law.rate_and_state().map_or(f64::NAN, |law| law.direct_effect);
+        let a = |n: usize| self.plan.medium.as_ref().map_or(of_chain, |medium| medium.direct_effect[n]);
+        let mut states =
+            (0..self.plan.blocks).map(|n| (n, self.motion.friction_of(&self.begin, n)[2] / a(n)));
+        states.find(|(_, over_a)| over_a.abs() > MOST_STATE).map(|(n, over_a)| {
+            SimulationError::NotFinite(format!(
+                "in step {step} block {} gets psi / a = {over_a:.1}, beyond which velocities are no longer finite \
+                 (accepted: |psi / a| up to {MOST_STATE}; a is {:e} there)",
+                n + 1,
+                a(n)
+            ))
+        })
     }
 
     /// The run cannot continue: the block with the fastest change.

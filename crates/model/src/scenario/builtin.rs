@@ -57,6 +57,12 @@ pub const EXPERIMENTS: &[Experiment] = &[
         cannot: "where its times come from: the healing time of junctions is put in",
     },
     Experiment {
+        what: "a fault in the crust, over many earthquakes",
+        model: "fault line in a medium",
+        scenarios: &["seas-bp1-qd-coarse", "seas-bp1-qd", "seas-bp2-qd"],
+        cannot: "inertia: waves are radiated, and carry no stress; slip along strike",
+    },
+    Experiment {
         what: "a fault with many earthquakes",
         model: "model fault",
         scenarios: &["carlson-langer"],

@@ -8,7 +8,8 @@ use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEve
 use asperity_run::detectors::Settings;
 use asperity_run::study::{Job, Stored};
 use asperity_run::{
-    Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, Task, Threads, Verdict, check, run,
+    Begin, Detector, Field, LogTo, Observer, Quantity, Replay, ReplayError, RunError, SolverKind, Span, Task,
+    Threads, Verdict, check, run,
 };
 use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
@@ -287,4 +288,17 @@ fn a_stored_log_of_another_run_is_shown_to_nobody() {
     let stored = other.stored(folder.path(), solver, &mut seen);
     assert_eq!(stored, Stored::Unfit("its log is of another scenario".to_owned()));
     assert!(seen.records.is_empty() && seen.events.is_empty());
+}
+
+#[test]
+fn fields_of_a_fault_line_have_the_depths_of_its_nodes() {
+    for (first_node, first_m) in [("surface", 0.0), ("half-cell", 100.0)] {
+        let sets = [&format!("medium.first_node={first_node}"), "time.duration_s=1"];
+        let scenario = resolve("seas-bp1-qd-coarse", &sets).unwrap();
+        let span = Span { from_step: 1, to_step: 1, every_steps: 1 };
+        let solver = SolverKind::Adaptive;
+        let field = Field::of_scenario(&scenario, solver, Quantity::Velocity, span, &|| false).unwrap();
+        assert_eq!(field.position_m[..2], [first_m, first_m + 200.0]);
+        assert_eq!((field.position_m.len(), field.values.len()), (200, 200));
+    }
 }

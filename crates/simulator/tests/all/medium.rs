@@ -252,16 +252,29 @@ fn a_rupture_passes_nodes_as_in_another_program() {
     assert!(checked > 15, "{checked}");
 }
 
-/// A half-space is a whole space with the mirror image.
+/// A half-space is a whole space with the mirror image. Rounding moves the onset: where `tau_0` is a few units in the last place
+/// higher, which by themselves are 5 us, that of a half-space moves by up to 14 ms, that of a whole space by 20 ms.
 #[test]
 fn a_whole_space_with_the_mirror_image_is_a_half_space() {
-    let half = events(&run(&solved(half_space(200.0, 200.0), 0)).0);
+    let half = half_space(200.0, 193.9);
     let depths: Vec<f64> = (-199..200).map(f64::from).collect();
-    let whole = bp1(MediumKind::WholeSpace, 200.0, &depths, 200.0);
-    let whole = events(&run(&solved(whole, 199)).0);
-    assert_eq!([half.len(), whole.len()], [1; 2]);
-    assert!((half[0].onset_s - whole[0].onset_s).abs() < 0.1, "{half:?} {whole:?}");
-    assert!(close(half[0].peak_m_per_s, whole[0].peak_m_per_s, 1e-4), "{half:?} {whole:?}");
+    let whole = bp1(MediumKind::WholeSpace, 200.0, &depths, 193.9);
+    let [half, whole] = [(half, 0), (whole, 199)].map(|(plan, surface)| {
+        let event = |units: u64| {
+            let mut plan = solved(plan.clone(), surface);
+            let medium = plan.medium.as_mut().unwrap();
+            medium.prestress_pa.iter_mut().for_each(|pa| *pa = f64::from_bits(pa.to_bits() + units));
+            plan.initial = SliderState::stuck(&plan);
+            events(&run(&plan).0)[0]
+        };
+        [0, 1, 2, 3].map(event)
+    });
+    let [a, b] = [half, whole].map(|events| events.iter().map(|event| event.onset_s).sum::<f64>() / 4.0);
+    assert!((a - b).abs() < 7e-3, "{a} {b}: {half:?} {whole:?}");
+    for event in half.iter().chain(&whole) {
+        assert!((event.onset_s - a).abs() < 0.02, "{half:?} {whole:?}");
+        assert!(close(event.peak_m_per_s, half[0].peak_m_per_s, 1e-4), "{half:?} {whole:?}");
+    }
 }
 
 /// Forces and velocities the other way round.
@@ -388,4 +401,92 @@ fn a_uniform_periodic_line_is_a_slider() {
     let onsets: Vec<f64> = onsets.map(|(step, _)| step.time_s).collect();
     let [.., before_s, last_s] = onsets[..] else { panic!("{onsets:?}") };
     assert!((last_s - before_s - 22.6652063).abs() < 2e-3, "{onsets:?}");
+}
+
+/// The onsets, s, of slip faster than `event_speed` on a fault that repeats itself and weakens on one patch, as a test of
+/// qdyn has it: `a` over `b` is 0.9 there and 1.1 elsewhere, and the patch is seven times `mu D_c / (sigma (b - a))` long.
+fn onsets_of_an_asperity(nodes: usize, event_speed: f64) -> Vec<f64> {
+    let (mu, c, sigma, b, slip_m, v, f0, years) = (3e10, 3000.0, 1e8, 0.01, 4e-4, 1e-9, 0.6, 10.0);
+    let patch_m = 7.0 * mu * slip_m / (sigma * 0.1 * b);
+    let length_m = 5.0 * patch_m;
+    // Values stand at points from end to end, as there, and not in the middle of cells.
+    let bell = |n: usize| {
+        let x_m = length_m * (n as f64 / (nodes - 1) as f64 - 0.5);
+        (-(2.0 * x_m / patch_m).powi(6)).exp()
+    };
+    let a: Vec<f64> = (0..nodes).map(|n| b * (1.0 + 0.1 * (1.0 - 2.0 * bell(n)))).collect();
+    let raised: Vec<f64> = (0..nodes).map(|n| 1.0 + 0.01 * bell(n)).collect();
+    let mean = raised.iter().sum::<f64>() / nodes as f64;
+    let velocity: Vec<f64> = raised.iter().map(|raised| v * raised / mean).collect();
+    let stress = |(a, start): (&f64, &f64)| sigma * (f0 + a * (start / v).ln()) + mu / (2.0 * c) * start;
+    let medium = Medium {
+        kind: MediumKind::Periodic { width_m: 50e3 },
+        first_node: FirstNode::HalfCell,
+        shear_modulus_pa: mu,
+        density_kg_per_m3: mu / (c * c),
+        spacing_m: length_m / nodes as f64,
+        prestress_pa: a.iter().zip(&velocity).map(stress).collect(),
+        direct_effect: a,
+        evolution_effect: vec![b; nodes],
+        critical_slip_m: vec![slip_m; nodes],
+        normal_stress_pa: vec![sigma; nodes],
+    };
+    let law = |law: &mut RateAndState| {
+        (law.reference_velocity_m_per_s, law.event_speed_m_per_s, law.tolerance) = (v, event_speed, 1e-8);
+    };
+    let plan = line(medium, law, v, [velocity, vec![0.0; nodes]], years * 365.0 * 86400.0);
+    let (records, _) = run(&plan);
+    let times = detachments(&records).map(|(step, _)| step.time_s);
+    // The patch passes the speed within an hour, and events are a year apart.
+    times.fold(Vec::new(), |mut onsets: Vec<f64>, time_s| {
+        if onsets.last().is_none_or(|last| time_s - last > 1e6) {
+            onsets.push(time_s);
+        }
+        onsets
+    })
+}
+
+fn onsets_are(found: &[f64], expected: [f64; 7]) {
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    assert!(found.iter().zip(expected).all(|(found, other)| (found - other).abs() < 0.3), "{found:?}");
+}
+
+/// An independent program: the logarithmic law, of which Wright's omega function gives velocities; transforms of NumPy; DOP853
+/// of SciPy, with errors of 1e-9 of `D_c` and of `phi`, and crossings on its dense output. At 1e-11 they are the same to 0.1 s.
+#[test]
+fn slow_slip_of_an_asperity_is_that_of_another_program() {
+    let expected =
+        [106099466.27, 139324569.93, 172625307.27, 205632066.07, 238512446.44, 271353133.58, 304183587.53];
+    onsets_are(&onsets_of_an_asperity(512, 2e-6), expected);
+}
+
+/// With the nodes of that test.
+#[test]
+#[ignore = "a minute: cargo xtask nightly"]
+fn slow_slip_of_a_resolved_asperity_is_that_of_another_program() {
+    let expected =
+        [106310147.02, 139685634.43, 173140063.77, 206294347.03, 239323893.12, 272314775.96, 305295869.52];
+    onsets_are(&onsets_of_an_asperity(4096, 1e-6), expected);
+}
+
+/// As contacts heal, beyond what velocities can be computed of.
+#[test]
+fn a_state_that_grows_too_large_is_named_with_its_node_and_bound() {
+    let mut plan = half_space(800.0, 100.0);
+    plan.initial.friction_state.fill(0.0);
+    let medium = plan.medium.as_mut().unwrap();
+    medium.direct_effect[20] = 0.6 / 699.0;
+    let stress = |a: &f64| 50e6 * (0.6 + a * 1e-3_f64.ln()) + medium.radiation_pa_s_per_m() * 1e-9;
+    medium.prestress_pa = medium.direct_effect.iter().map(stress).collect();
+    plan.initial = SliderState::stuck(&plan);
+    let mut solver = SolverKind::Adaptive.start(plan);
+    let error = loop {
+        match solver.next_record() {
+            Ok(record) => assert!(record.is_some(), "it goes on"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    let named =
+        error.contains("block 21 gets psi / a = 70") && error.contains("|psi / a| up to 700; a is 8.58");
+    assert!(named, "{error}");
 }

@@ -21,6 +21,10 @@ use crate::law::{ContactLaw, Sliding, Turn};
 use crate::scenario::Scenario;
 use crate::scenario::choices::words;
 
+/// Most `psi / a`. From 708 on `e^(-psi / a)` has no longer all digits, and from 745 on it is 0: a block that turns back
+/// would do so at once.
+pub const MOST_STATE: f64 = 700.0;
+
 words! {
     /// How the state of rate-and-state friction evolves.
     Evolution {

@@ -2,11 +2,10 @@
 
 use asperity_record::{counted, short};
 
-use crate::law::rate_and_state::Evolution;
+use crate::law::rate_and_state::{Evolution, MOST_STATE};
 use crate::plan::medium::FaultLine;
 use crate::scenario::Scenario;
 use crate::scenario::choices::{DriveKind, MediumChoice, Start};
-use crate::scenario::rules::rate_and_state::MOST_STATE;
 use crate::scenario::source::Refusals;
 
 /// Fewest nodes, below which there is no transform.

@@ -2,6 +2,7 @@
 
 use asperity_record::short;
 
+use crate::law::rate_and_state::MOST_STATE;
 use crate::plan::derive::evolution_effects;
 use crate::plan::initial::states_at_start;
 use crate::scenario::Scenario;
@@ -10,10 +11,6 @@ use crate::scenario::source::Refusals;
 
 /// The law, in refusals.
 const THE_LAW: &str = "friction.law = \"rate-and-state\"";
-
-/// Most `psi / a` at the start. From 708 on `e^(-psi / a)` has no longer all digits, and from 745 on it is 0: a block
-/// that turns back would do so at once.
-pub(super) const MOST_STATE: f64 = 700.0;
 
 pub(super) fn steady_sliding_is_a_start(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let (drive, slider) = (&scenario.drive, &scenario.slider);

@@ -263,7 +263,7 @@ pub fn run(
         }
     };
     let Task { scenario, solver, log, detectors: others, threads, .. } = task;
-    let mut detectors = Settings::default().start(header, None).with_spring_factors(plan.spring_factors());
+    let mut detectors = Settings::default().start(header, Some(scenario));
     others.into_iter().for_each(|detector| detectors.push(detector));
     let kinds = detectors::kinds_of(&detectors).map_err(RunError::Topic)?;
     let solver = solver.start(plan.clone());

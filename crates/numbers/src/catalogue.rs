@@ -158,11 +158,9 @@ impl Observer for Catalogue {
             let of_contact = arrival.slip_size_m().zip(arrival.strength_drop_n());
             let column = self.contacts.column(arrival.block);
             let share = self.medium.as_ref().map_or(1.0, |of| of.weight(arrival.block as usize - 1));
-            let of_contact = of_contact.map(|(slip_m, drop_n)| ContactSlip {
-                column,
-                slip_m: share * slip_m,
-                strength_drop_n: drop_n / share,
-            });
+            let of_cell = of_contact.map(|(slip_m, drop_n)| (share * slip_m, drop_n / share));
+            let of_contact =
+                of_cell.map(|(slip_m, strength_drop_n)| ContactSlip { column, slip_m, strength_drop_n });
             match (self.slips.entry(arrival.rupture).or_insert_with(|| Some(Vec::new())), of_contact) {
                 (Some(slips), Some(of_contact)) => slips.push(of_contact),
                 (slips, _) => *slips = None,

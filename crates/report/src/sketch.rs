@@ -1,6 +1,5 @@
 //! The model of a scenario, drawn: blocks, springs, contacts, drive and normal load.
 
-use asperity_model::body::medium::MediumKind;
 use asperity_model::{DriveKind, Plan, Scenario};
 
 use crate::lattice_sketch;
@@ -23,8 +22,8 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
     if is_lattice(&plan) {
         return lattice_sketch::sketch(&plan, scenario.slider.height_m, scenario.drive.kind);
     }
-    if let Some(medium) = &plan.medium {
-        return fault_line(&plan, medium.kind);
+    if plan.medium.is_some() {
+        return fault_line(&plan, scenario.slider.medium.word(), scenario.drive.kind);
     }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
@@ -43,41 +42,20 @@ pub(crate) fn kind(scenario: &Scenario) -> (&'static str, String) {
     if is_lattice(&plan) {
         return (lattice_sketch::body(&plan), lattice_sketch::drive(&plan, scenario.drive.kind));
     }
-    let what = plan.medium.as_ref().map_or(contact(&plan), |medium| around(medium.kind));
+    let what = plan.medium.as_ref().map_or(contact(&plan), |_| scenario.slider.medium.word());
     (what, drive(&plan, scenario.drive.kind).to_owned())
 }
 
-/// What is around a fault line.
-fn around(medium: MediumKind) -> &'static str {
-    match medium {
-        MediumKind::HalfSpace => "a fault line in a half-space",
-        MediumKind::WholeSpace => "a fault line in a whole space",
-        MediumKind::Periodic { .. } => "a fault line that repeats itself",
-    }
-}
-
-/// A fault line from the top downwards, seen along strike: nodes, and below them what slips as the drive.
-fn fault_line(plan: &Plan, medium: MediumKind) -> String {
-    let (mut pen, x, [top, foot, end]) = (Pen::default(), WIDTH / 2.0, [24.0, 156.0, HEIGHT - 8.0]);
-    if medium == MediumKind::HalfSpace {
-        pen.surface([x - 200.0, x + 200.0], top);
-    }
-    let ticks: String = (0..12).map(|n| format!("M{} {}h12", x - 6.0, top + 11.0 * f64::from(n))).collect();
-    pen.path("s", &format!("M{x} {top}V{foot}{ticks}"));
-    pen.words(
-        x + 14.0,
-        0.5 * (top + foot),
-        "start",
-        &format!("{} nodes, {}", plan.blocks, length_label(plan)),
-    );
-    let mut words = format!("The model: {} of {} nodes", around(medium), plan.blocks);
-    if !matches!(medium, MediumKind::Periodic { .. }) {
-        pen.path("g", &format!("M{x} {foot}V{end}"));
-        pen.words(x - 14.0, end - 18.0, "end", "⊙");
-        pen.words(x + 14.0, end - 18.0, "start", &format!("⊗ {}", velocity_label(plan)));
-        words += "; below them it slips at the velocity of the drive";
-    }
-    pen.svg(0.0, HEIGHT, &format!("{words}."))
+/// A fault line downwards, seen along strike, thick where it slips as the drive.
+fn fault_line(plan: &Plan, medium: &str, kind: DriveKind) -> String {
+    let (mut pen, x, nodes, drive) = (Pen::default(), WIDTH / 2.0, plan.blocks, drive(plan, kind));
+    let reach = if medium == "half-space" { 200.0 } else { 0.0 };
+    pen.surface([x - reach, x + reach], 24.0);
+    pen.path("s", &format!("M{x} 24V156"));
+    pen.path("g", &format!("M{x} 156V{HEIGHT}"));
+    pen.words(x + 14.0, 90.0, "start", &length_label(plan));
+    pen.words(x + 14.0, 190.0, "start", &velocity_label(plan));
+    pen.svg(0.0, HEIGHT, &format!("The model: a fault line of {nodes} nodes, {medium}; {drive}."))
 }
 
 /// Whether it is a slab, a sheet or a body, and no chain.
@@ -334,9 +312,7 @@ mod tests {
         assert!(letter(&side) < super::SURFACE - 10.0 && letter(&rigid) < super::SURFACE - 10.0);
         assert!(rigid.contains("without a friction spring") && rigid.len() < side.len());
         let fault = sketch(&resolve::<&str>("seas-bp1-qd", &[]).unwrap());
-        assert!(
-            fault.contains("a fault line in a half-space of 1600 nodes; below") && !fault.contains("<rect")
-        );
+        assert!(fault.contains("1600 nodes, half-space; what is below") && !fault.contains("<rect"));
         for svg in [side, few, one, rigid, fault] {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }

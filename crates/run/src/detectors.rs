@@ -228,12 +228,9 @@ impl Settings {
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
         let run = OfRun { blocks, links, parts, sensors: sensors.cloned().map(Arc::new) };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        let all = Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run.clone())).collect())
-            .with_ruptures(links.tracker(blocks));
-        match plan {
-            Some(plan) => all.with_spring_factors(plan.spring_factors()),
-            None => all,
-        }
+        Detectors::new(blocks, rules, chosen.map(|(_, start)| start(run.clone())).collect())
+            .with_ruptures(links.tracker(blocks))
+            .with_spring_factors(plan.map_or_else(Vec::new, Plan::spring_factors))
     }
 }
 

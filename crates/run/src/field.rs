@@ -132,8 +132,7 @@ impl Field {
             if recorded.is_whole() {
                 let grid = header.time_grid();
                 let medium = plan.ok().and_then(|plan| plan.medium);
-                let spacing_m = header.scales.block_length_m;
-                return Ok(recorded.field(|step| grid.time_s(step), spacing_m, medium.as_deref()));
+                return Ok(recorded.field(|step| grid.time_s(step), header.scales.block_length_m, medium));
             }
             found
         };
@@ -193,7 +192,7 @@ fn compute(
     while let Some(record) = states::next(&mut *solver, stop)? {
         found.add(&record);
     }
-    Ok(found.field(|step| grid.time_s(step), spacing_m, medium.as_deref()))
+    Ok(found.field(|step| grid.time_s(step), spacing_m, medium))
 }
 
 /// Takes the steps of a logged run once more, from its beginning, and passes other records to an observer than the log
@@ -246,8 +245,8 @@ impl Collected {
         all.map(|contact| f64::from(place(self.contacts, contact) - 1) * spacing_m).collect()
     }
 
-    fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64, medium: Option<&Medium>) -> Field {
-        let along_m = |medium: &Medium| (0..medium.nodes()).map(|node| medium.depth_m(node)).collect();
+    fn field(self, time_s: impl Fn(u64) -> f64, spacing_m: f64, medium: Option<Box<Medium>>) -> Field {
+        let along_m = |medium: Box<Medium>| (0..medium.nodes()).map(|node| medium.depth_m(node)).collect();
         Field {
             time_s: self.steps.iter().map(|step| time_s(*step)).collect(),
             position_m: medium.map_or_else(|| self.positions_m(spacing_m, Contacts::column), along_m),

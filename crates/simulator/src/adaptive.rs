@@ -254,11 +254,7 @@ impl<M: Motion> Adaptive<M> {
                 self.step_s = step_s;
                 break;
             }
-            if error.is_nan()
-                && let Some(refused) = self.state_overflow()
-            {
-                return Err(refused);
-            }
+            error.is_nan().then(|| self.state_overflow()).flatten().map_or(Ok(()), Err)?;
             self.counters.rejected_steps += 1;
         }
         self.counters.adaptive_steps += 1;
@@ -320,21 +316,18 @@ impl<M: Motion> Adaptive<M> {
         (time_s - self.time_s.total) - self.time_s.rest
     }
 
-    /// The run cannot continue: a block whose state, at the beginning of the step, is too large for velocities.
+    /// The run cannot continue: a node whose state, at the beginning of the step, is too large for velocities.
     fn state_overflow(&self) -> Option<SimulationError> {
-        let step = self.plan.grid.first_step_from(self.time_s.value());
-        let of_chain = self.plan.friction.law.rate_and_state().map_or(f64::NAN, |law| law.direct_effect);
-        let a = |n: usize| self.plan.medium.as_ref().map_or(of_chain, |medium| medium.direct_effect[n]);
-        let mut states =
-            (0..self.plan.blocks).map(|n| (n, self.motion.friction_of(&self.begin, n)[2] / a(n)));
-        states.find(|(_, over_a)| over_a.abs() > MOST_STATE).map(|(n, over_a)| {
-            SimulationError::NotFinite(format!(
-                "in step {step} block {} gets psi / a = {over_a:.1}, beyond which velocities are no longer finite \
-                 (accepted: |psi / a| up to {MOST_STATE}; a is {:e} there)",
-                n + 1,
-                a(n)
-            ))
-        })
+        let a = &self.plan.medium.as_ref()?.direct_effect;
+        let over_a = |n: &usize| self.motion.friction_of(&self.begin, *n)[2] / a[*n];
+        let n = (0..a.len()).find(|n| over_a(n).abs() > MOST_STATE)?;
+        Some(SimulationError::NotFinite(format!(
+            "in step {} node {} gets psi / a = {:.1}, beyond which velocities are no longer finite (accepted: |psi / a| \
+             up to {MOST_STATE})",
+            self.plan.grid.first_step_from(self.time_s.value()),
+            n + 1,
+            over_a(&n)
+        )))
     }
 
     /// The run cannot continue: the block with the fastest change.

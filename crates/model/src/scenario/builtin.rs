@@ -60,7 +60,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
         what: "a fault in the crust, over many earthquakes",
         model: "fault line in a medium",
         scenarios: &["seas-bp1-qd-coarse", "seas-bp1-qd", "seas-bp2-qd"],
-        cannot: "inertia: waves are radiated, and carry no stress; slip along strike",
+        cannot: "inertia: waves are radiated, and carry no stress; what differs along strike",
     },
     Experiment {
         what: "a fault with many earthquakes",

@@ -486,7 +486,6 @@ fn a_state_that_grows_too_large_is_named_with_its_node_and_bound() {
             Err(error) => break error.to_string(),
         }
     };
-    let named =
-        error.contains("block 21 gets psi / a = 70") && error.contains("|psi / a| up to 700; a is 8.58");
+    let named = error.contains("node 21 gets psi / a = 70") && error.contains("|psi / a| up to 700)");
     assert!(named, "{error}");
 }

@@ -10,7 +10,7 @@ use crate::support::small;
 use asperity_record::RunEnd;
 use asperity_testkit::{folder, run_end};
 
-/// The columns of the raw event table that other people's programs rely on.
+/// The columns of the table of slip events that other people's programs rely on.
 const PINNED: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end";
 
 fn events(log: &Path) -> String {
@@ -122,11 +122,11 @@ set = ["parameter_set=as-coded", "time.step_s=1e-7", "time.duration_s=0.6", "nor
 
 [[precursors]]
 run = "plain"
-law = "eq-5.57"
+law = "linear"
 
 [[figure.lengths]]
 file = "lengths.png"
-law = "eq-5.22"
+law = "tilted"
 series = [{ run = "plain", label = "level" }, { run = "tilted", label = "tilted" }]
 "#;
 
@@ -167,7 +167,7 @@ fn pipelines_repeat_reuse_and_repair() {
     reproduce(&pipeline, &two, "2");
     let made = Made::in_folder(&one);
     assert!(made == Made::in_folder(&two), "one thread and two made different things");
-    assert!(made.tables.contains_key("plain.precursors-eq-5.57.csv"));
+    assert!(made.tables.contains_key("plain.precursors-linear.csv"));
     assert!(made.figures["lengths.png"].starts_with(b"\x89PNG"));
 
     let second = reproduce(&pipeline, &one, "1");
@@ -232,7 +232,7 @@ set = [
 ]
 
 [[run]]
-name = "kicked"
+name = "perturbed"
 scenario = "ten-blocks"
 set = [
   "parameter_set=as-coded",
@@ -254,7 +254,7 @@ sliding = true
 
 [[figure.lengths]]
 file = "lengths.png"
-law = "eq-5.57"
+law = "linear"
 series = [{ run = "coded", label = "N = 10" }]
 
 [[figure.curve]]
@@ -279,14 +279,14 @@ measure_label = "t of first global slip (s)"
 [[figure.study.panel]]
 label = "N = 10"
 stated = 1.4
-series = [{ label = "coded", runs = ["coded", "kicked-*"] }, { label = "stated", runs = ["stated"] }]
+series = [{ label = "coded", runs = ["coded", "perturbed-*"] }, { label = "stated", runs = ["stated"] }]
 
 [[claim]]
 about = "first global slip"
 quote = "it comes after the hold"
 of = "this project"
 run = "coded"
-spread = ["kicked-*"]
+spread = ["perturbed-*"]
 measure = "first_global_event_onset_s"
 at_least = 1.0
 as_stated = { run = "stated" }
@@ -312,8 +312,8 @@ fn unloading_is_drawn_and_claimed_in_both_parameter_sets() {
     assert!(claims.trim_end().ends_with("at least 1,agrees"), "{claims}");
     assert!(claims.contains(",\"at least 1, the median of 3 runs\",agrees,"), "{claims}");
     let page = text("claims.md");
-    assert!(page.contains("What this project says:") && !page.contains("the source says"), "{page}");
-    assert!(out.join("runs/kicked-1.mcap").exists() && out.join("runs/kicked-2.mcap").exists());
+    assert!(page.contains("What this project says:") && !page.contains("the thesis says"), "{page}");
+    assert!(out.join("runs/perturbed-1.mcap").exists() && out.join("runs/perturbed-2.mcap").exists());
     // The load of the step, not that of the start.
     let slips = text("first-global-slips.csv");
     let row: BTreeMap<&str, &str> = {
@@ -335,7 +335,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         let out = folder.path().join("out");
         ends(code, &["reproduce", text(&pipeline), "--out", text(&out)], &[expected])
     };
-    let missing = "there is no run missing (accepted: coded, kicked-1, kicked-2, stated)";
+    let missing = "there is no run missing (accepted: coded, perturbed-1, perturbed-2, stated)";
     let spread = "claim about first global slip: minus_spread: 0 runs (accepted: 2, one for each of spread)";
     for (from, to, expected) in [
         ("as_stated = { run = \"stated\" }", "as_stated = { run = \"missing\" }", missing),
@@ -346,12 +346,12 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         (
             "values = [1e-8, 2e-8]",
             "values = []",
-            "run kicked: 0 values are not accepted (accepted: 1 to 1000)",
+            "run perturbed: 0 values are not accepted (accepted: 1 to 1000)",
         ),
         (
             "of = \"this project\"",
             "of = \"us\"",
-            "of = \"us\" is not accepted (accepted: the source, this project)",
+            "of = \"us\" is not accepted (accepted: the thesis, this project)",
         ),
     ] {
         refused(2, from, to, expected);

@@ -271,11 +271,11 @@ fn names_of_a_pipeline_that_collide_are_refused_before_it_runs() {
     let folder = folder();
     let out = folder.path().join("out");
     let figure = |file: &str| format!("[[figure.load]]\nfile = \"{file}\"\nrun = \"one\"\nsliding = true\n");
-    let precursors = "[[precursors]]\nrun = \"one\"\nlaw = \"eq-5.22\"\n";
+    let precursors = "[[precursors]]\nrun = \"one\"\nlaw = \"tilted\"\n";
     let pipeline = folder.path().join("pipeline.toml");
     for (further, name) in [
         (figure("load.png").repeat(2), "figure file \"load.png\""),
-        (precursors.repeat(2), "table \"one.precursors-eq-5.22\""),
+        (precursors.repeat(2), "table \"one.precursors-tilted\""),
     ] {
         fs::write(&pipeline, PIPELINE.to_owned() + &further).expect("the folder can be written");
         let reproduce = ["reproduce", text(&pipeline), "--out", text(&out)];

@@ -169,7 +169,7 @@ fn mistakes_in_sweeps_and_pipelines_are_refused_with_what_is_meant() {
         ),
         (
             "[[claim]]",
-            "[[precursors]]\nrun = \"b\"\nlaw = \"eq-5.22\"\n[[claim]]",
+            "[[precursors]]\nrun = \"b\"\nlaw = \"tilted\"\n[[claim]]",
             &["there is no run b (accepted: tilted)"],
         ),
     ] {

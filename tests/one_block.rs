@@ -49,7 +49,7 @@ fn one_block_is_a_slider_for_every_command() {
     for key in ["front_speed_m_per_s", "length_law", "longest_precursor_ratio"] {
         assert!(number(key).is_null(), "{key}: {}", number(key));
     }
-    assert!(number("precursor_count") == 0 && number("raw_events_mislead") == false, "{summary}");
+    assert!(number("precursor_count") == 0 && number("events_mislead") == false, "{summary}");
 
     let figures = path("figures");
     succeed(&["draw", text(&log), "-o", text(&figures)]);

@@ -76,8 +76,8 @@ pub(crate) fn study(folder: &Path) -> PathBuf {
         "title = \"Two <runs> & a tilt\"\n".to_owned(),
         of_run("a", "0.0"),
         of_run("bb", "0.5"),
-        claim("Figure 1.1", "the source", "it stays below $\\\\mu_{s}$", "0.7"),
-        claim("Figure 1.1", "the source", "it stays below nothing", "1e-9"),
+        claim("Figure 1.1", "the thesis", "it stays below $\\\\mu_{s}$", "0.7"),
+        claim("Figure 1.1", "the thesis", "it stays below nothing", "1e-9"),
         claim("section 2", "this project", "it is small", "10"),
     ];
     fs::write(&pipeline, parts.concat()).expect("the folder can be written");
@@ -545,7 +545,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     let html = read(&out.join("report.html"));
     assert!(read(&out.join("reproduce.json")).contains("\"report.html\""), "it is listed");
     assert!(html.contains("<h1>Two &lt;runs&gt; &amp; a tilt</h1>"));
-    assert!(html.contains("<b>The source:</b> 1 of 2 agree, 1 differ."));
+    assert!(html.contains("<b>The thesis:</b> 1 of 2 agree, 1 differ."));
     assert!(html.contains("<b>This project:</b> 1 of 1 agree."));
     // The claims of the figure are beside it; the other one is with the run.
     let (_, figure) = html.split_once("id=\"figure-of-figure-1.01\"").expect("the figure is there");
@@ -603,7 +603,7 @@ fn the_index_leads_to_every_study() {
     succeed(&["report", text(&out), text(&out), "--out", text(&index)]);
     let html = read(&index);
     assert_eq!(html.matches("href=\"two/report.html\"").count(), 2);
-    assert!(html.contains("<b>The source:</b> 2 of 4 agree, 2 differ."), "all of them");
+    assert!(html.contains("<b>The thesis:</b> 2 of 4 agree, 2 differ."), "all of them");
     let mut tab = Tab::open(&browser, &index, SIZE, "light");
     let there = "[...document.images].every((one) => one.complete && one.naturalWidth > 100)";
     tab.eval("window.scrollTo(0, document.body.scrollHeight)");

@@ -53,7 +53,7 @@ fn the_default_slider() {
     assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(133), Some(104)));
     assert_eq!((found.event_count, found.global_event_count), (135, 5));
     assert_eq!((found.creeps, found.creep_front_block), (Some(false), Some(3)));
-    assert_eq!(found.raw_events_mislead, Some(false));
+    assert_eq!(found.events_mislead, Some(false));
     // sqrt(E L_y L_z L / M) (N - 1) / N per length: 0.1 m of 2.5 GPa, 1 cm2, 12 kg.
     let wave_speed = (2.5e9 * 0.005 * 0.02 / 12.0 * 0.1 * 100.0 / 99.0_f64).sqrt();
     assert_near(found.wave_speed_m_per_s, wave_speed);
@@ -113,7 +113,7 @@ fn assert_fits_schema(json: &Value) {
     }
 }
 
-/// Its raw events include a global slip at 0.016 s that lasts until 2.763 s.
+/// Its slip events include a global slip at 0.016 s that lasts until 2.763 s.
 #[test]
 fn a_creeping_slider() {
     let folder = folder();
@@ -130,7 +130,7 @@ fn a_creeping_slider() {
     assert_near(found.first_global_rupture_onset_s, 2.7638515);
     assert_near(found.first_global_event_onset_s, 0.0159994);
     assert_eq!((found.precursor_count, found.creep_front_block), (Some(1), Some(100)));
-    assert_eq!((found.creeps, found.raw_events_mislead), (Some(true), Some(true)));
+    assert_eq!((found.creeps, found.events_mislead), (Some(true), Some(true)));
     assert!(found.sliding_time_ratio.is_some_and(|ratio| ratio > 0.99), "{found:?}");
     let (_, printed, said) = outcome(&["summary", text(&log)]);
     assert!(said.contains("run.mcap: the slider creeps"), "{said}");
@@ -143,13 +143,13 @@ fn drives_from_above_and_from_both_ends() {
     let log = folder.path().join("both.mcap");
     let said = run("left-right-driven", &["time.duration_s=2"], &log);
     assert!(
-        said.contains("raw slip events mislead")
+        said.contains("slip events mislead")
             && said.contains("the whole slider slips at 1.3238 s; as coded: "),
         "{said}"
     );
     let found = summary(&log);
     assert_near(found.first_global_rupture_onset_s, 1.3238042);
-    assert_eq!((found.raw_events_mislead, found.creeps), (Some(true), Some(false)));
+    assert_eq!((found.events_mislead, found.creeps), (Some(true), Some(false)));
     assert!(found.joined_event_count.is_some_and(|joined| 4 * joined > found.wide_event_count), "{found:?}");
     // Where both ends are pulled, F_T is a difference.
     assert_eq!((found.length_law, found.first_slip_ft_fn, found.largest_ft_fn), (None, None, None));
@@ -162,7 +162,7 @@ fn drives_from_above_and_from_both_ends() {
     assert_near(found.first_global_rupture_onset_s, 3.5001133);
     assert_eq!(found.first_global_rupture_onset_s, found.first_global_rupture_last_block_s);
     assert!(found.first_global_rupture_ft_fn.is_some_and(|ratio| (ratio - 0.7).abs() < 1e-3), "{found:?}");
-    assert_eq!((found.creep_front_block, found.raw_events_mislead), (None, Some(false)));
+    assert_eq!((found.creep_front_block, found.events_mislead), (None, Some(false)));
 }
 
 /// A front that no drive feeds has no law of lengths, and in long steps a speed that is somewhat wrong.

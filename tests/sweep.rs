@@ -393,13 +393,13 @@ fn a_list_of_commands_makes_all_runs() {
 
 /// Named runs, and their outputs.
 pub(crate) const RUNS: &str = "
-first_global_slips = ['base', 'kicked-*']
+first_global_slips = ['base', 'perturbed-*']
 [[run]]
 name = 'base'
 scenario = 'default'
 set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 [[run]]
-name = 'kicked'
+name = 'perturbed'
 scenario = 'default'
 set = ['parameter_set=as-coded', 'slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 keys = ['initial_velocity.amplitude_m_per_s']
@@ -450,13 +450,13 @@ fn runs_with_names_are_made_in_parts_as_reproduce_makes_them() {
         let (code, said, _) = sweep(&["status", text(&out)]);
         assert!(code == 3 && said.contains("1 missing"), "{said}");
         succeed(&["sweep", "run", text(&out)]);
-        let log = out.join("runs/kicked-1.mcap");
+        let log = out.join("runs/perturbed-1.mcap");
         let mut bytes = fs::read(&log).unwrap();
         let behind_its_header = bytes.len() - 3000;
         bytes[behind_its_header] ^= 1;
         fs::write(&log, bytes).unwrap();
         let (code, _, said) = sweep(&formats);
-        assert!(code == 1 && said.contains("run kicked-1: its log is "), "{code} {said}");
+        assert!(code == 1 && said.contains("run perturbed-1: its log is "), "{code} {said}");
     }
 }
 
@@ -498,7 +498,7 @@ stated = '0.5'
     assert!(claims[1]["rule"].contains("the spread of 2 runs"), "{}", claims[1]["rule"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     let beside = page.split("<figure").find(|part| part.contains("count.png")).expect("it is there");
-    assert!(beside.contains("many events") && page.contains("The source:"));
+    assert!(beside.contains("many events") && page.contains("The thesis:"));
     assert!(page.contains("href=\"#run-5\"") && page.contains("<code id=\"run-5\">"), "a link leads nowhere");
     // A page made later has them as well.
     let later = study.path("later.html");

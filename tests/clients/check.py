@@ -72,7 +72,7 @@ def check_tables(folder, messages):
 
     ruptures = polars.read_parquet(folder / "ruptures.parquet")
     logged = messages["/events/rupture"]
-    assert ruptures.drop("event", "creeps", "raw_events_mislead").to_dicts() == logged
+    assert ruptures.drop("event", "creeps", "events_mislead").to_dicts() == logged
     onsets = {event["event"]: (event["onset_step"], event["end_step"]) for event in messages["/events/slip"]}
     for rupture in ruptures.iter_rows(named=True):
         first, after = onsets[rupture["event"]]

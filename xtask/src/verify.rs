@@ -21,8 +21,8 @@ core, a quarter of an hour on two. The tests compare the first 0.1 s of each.
 Two runs are equal if every switch happens in the same step, every event has the
 same integers, and every number agrees within 1e-9 of the largest of its kind.
 Where a block comes so close to switching that rounding decides, the solvers may
-see the switch some steps apart. In each such near tie the plain solver must
-have the block within rounding of its switch, and fixtures/near-ties lists it.
+see the switch some steps apart. The plain solver must then have the block
+within rounding of its switch, and fixtures/near-ties lists the case.
 
 A run by rate-and-state friction is compared with itself at a hundredth of
 time.tolerance, which must be 1e-10 or above (docs/contacts.md).")]

@@ -32,7 +32,7 @@ on a mesh half as fine, each three times, with moduli that differ in their
 sixth digit; nine of a lattice that has no node halfway along a side. A chain
 keeps its decay length. A line for each number: its value, its class as found,
 and its changes on the finer mesh, with the shorter step, and between runs
-that differ by a kick, as figures/refinement.png shows. Called again, it goes
+with perturbed moduli, as figures/refinement.png shows. Called again, it goes
 on, also with results that other processes or nodes have made.
 docs/findings.md says more.")]
 pub(crate) struct RefineArguments {
@@ -82,13 +82,13 @@ pub(crate) fn command(arguments: &RefineArguments, board: &Board) -> Result<(), 
 fn lines(refined: &[Refined]) -> Vec<String> {
     let name_width = refined.iter().map(|one| one.number.name().len()).max().unwrap_or(0);
     let line = |one: &Refined| {
-        let (found, [mesh, step, kicks]) = (one.found()?, one.changes?.map(|change| 100.0 * change));
+        let (found, [mesh, step, perturbed]) = (one.found()?, one.changes?.map(|change| 100.0 * change));
         let value = short(one.medians[0]?);
         let is_worse = found != Convergence::Robust && one.number.key.convergence == Convergence::Robust;
         let worse = if is_worse { "; stated as robust" } else { "" };
         let name = one.number.name();
         Some(format!(
-            "{name:name_width$}  {value:>12}  {:<11}  finer mesh {mesh:.1} %, shorter step {step:.1} %, kicks {kicks:.1} %{worse}",
+            "{name:name_width$}  {value:>12}  {:<11}  finer mesh {mesh:.1} %, shorter step {step:.1} %, perturbed moduli {perturbed:.1} %{worse}",
             found.word()
         ))
     };

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::scenario::builtin::{self, EXPERIMENTS, Experiment};
-use asperity_model::scenario::keys::{AS_CODED, AS_STATED};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_run::{Opened, begins_at_end, check};
 use asperity_runlog::RunReader;
@@ -114,35 +113,22 @@ fn models_for(word: &str) -> Result<(), Failure> {
 
 impl ScenarioChoice {
     fn resolve(&self) -> Result<Scenario, Failure> {
-        self.resolve_as(source_of(&self.scenario)?.0)
+        source_of(&self.scenario)?
+            .resolve(&self.scenario.to_string_lossy(), &self.set, &Opened)
+            .map_err(Failure::bad_input)
     }
 
-    fn resolve_as(&self, source: ScenarioSource) -> Result<Scenario, Failure> {
-        source.resolve(&self.scenario.to_string_lossy(), &self.set, &Opened).map_err(Failure::bad_input)
-    }
-
-    /// Resolves it, and reports the parameter set if the file names none.
+    /// Resolves it, and reports the end of a run where it begins.
     pub(crate) fn resolve_and_tell(&self, board: &Board) -> Result<Scenario, Failure> {
-        let path = &self.scenario;
-        let (source, is_file) = source_of(path)?;
-        let with_overrides = self.set.iter().fold(source.clone(), |source, set| source.with_override(set));
-        let scenario = self.resolve_as(source)?;
-        if is_file && with_overrides.relies_on_default_set() {
-            board.line(&format!(
-                "{} names no parameter_set: {AS_STATED} ({}) is used; parameter_set = \"{AS_CODED}\" gives the slider \
-                 of the thesis' program",
-                path.display(),
-                scenario.mass_and_wave_speed()
-            ));
-        }
+        let scenario = self.resolve()?;
         let begins = begins_at_end(&scenario);
         begins.iter().for_each(|begins| board.line(&format!("{}: {begins}", scenario.name)));
         Ok(scenario)
     }
 }
 
-/// A scenario as written, and whether it is a file of its own: neither built in nor from a run log.
-fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
+/// A scenario as written: built in, of a file, or of a run log.
+fn source_of(path: &Path) -> Result<ScenarioSource, Failure> {
     let is_built_in = path.to_str().and_then(builtin::find).is_some();
     let given = if is_built_in { Given::of(path) } else { given::check(path, Taken::Scenario)? };
     if given == Given::Log {
@@ -150,7 +136,7 @@ fn source_of(path: &Path) -> Result<(ScenarioSource, bool), Failure> {
         let toml = RunReader::scenario_of(path)
             .map_err(|error| verdict_exit::unreadable(path, check(path).verdict, error.problem))?;
         let origin = format!("{}: scenario.toml", path.display());
-        return Ok((ScenarioSource::logged(origin, toml), false));
+        return Ok(ScenarioSource::logged(origin, toml));
     }
-    Ok((asperity_model::source(path).map_err(Failure::bad_input)?, !is_built_in))
+    asperity_model::source(path).map_err(Failure::bad_input)
 }

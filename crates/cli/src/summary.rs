@@ -37,7 +37,7 @@ Examples:
   asperity summary --schema > out/summary.schema.json
 
 Numbers describe ruptures: sets of detachments that a front connects, whatever
-slides elsewhere at the same time. Numbers of raw slip events have `event` in
+slides elsewhere at the same time. Numbers of slip events have `event` in
 their names. A precursor is a rupture that includes block 1, does not reach
 every block, and reaches farther than every earlier rupture that includes
 block 1. Units are SI. asperity numbers and the schema explain every key.")]
@@ -163,13 +163,13 @@ fn notes(summary: &Summary) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.creeps == Some(true) {
         notes.push(format!(
-            "the slider creeps: block {} had slid before a front ran, so raw slip events do not show when \
+            "the slider creeps: block {} had slid before a front ran, so slip events do not show when \
              the slider slipped",
             summary.creep_front_block.unwrap_or_default()
         ));
-    } else if summary.raw_events_mislead == Some(true) {
+    } else if summary.events_mislead == Some(true) {
         notes.push(
-            "raw slip events mislead: they last far longer than fronts take, or merge ruptures far apart; \
+            "slip events mislead: they last far longer than fronts take, or merge ruptures far apart; \
              count its ruptures instead"
                 .to_owned(),
         );

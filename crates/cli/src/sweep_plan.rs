@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_model::Preview;
+use asperity_model::scenario::keys::AS_CODED;
 use asperity_record::counted;
 use asperity_study::plan::FILE;
 use asperity_study::{Plan, Study};
@@ -41,12 +42,13 @@ pub(crate) fn command(arguments: &SweepPlanArguments, board: &Board) -> Result<(
     Ok(say(plan.display())?)
 }
 
-/// Reads a study with overrides for its named runs, and prints their parameter sets with the sources of these.
+/// Reads a study with overrides for its named runs, and prints their parameter sets with the sources of these if some are as coded.
 pub(crate) fn read_study(file: &Path, set: &[String], board: &Board) -> Result<Study, Failure> {
     given::check(file, Taken::Runs)?;
     let mut study = Study::read(file)?;
     study.set(set);
-    board.line(&format!("{}: {}", file.display(), study.parameter_sets()));
+    let sets = Some(study.parameter_sets()).filter(|sets| sets.contains(AS_CODED));
+    sets.iter().for_each(|sets| board.line(&format!("{}: {sets}", file.display())));
     Ok(study)
 }
 

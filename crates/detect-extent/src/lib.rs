@@ -1,4 +1,4 @@
-//! Finds slip events and how far they run: the raw event table.
+//! Finds slip events and how far they run: the table of slip events.
 //!
 //! ```
 //! use asperity_detect::{Detectors, SlipRules};

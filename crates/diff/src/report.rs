@@ -665,7 +665,7 @@ pub struct Exceeded {
 /// A claim whose verdict or value changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClaimChange {
-    /// Where the source states it.
+    /// Where the thesis states it.
     pub about: String,
     /// The run it is measured in.
     pub run: String,

@@ -88,13 +88,13 @@ macro_rules! kinds {
         }
 
         impl Figures {
-            /// Each with what its kind shows.
+            /// Each with what its kind shows, in short.
             fn all(&self) -> Vec<(&'static str, &dyn Figure)> {
                 let of_curves = self.curve.iter();
                 let mut all: Vec<(&'static str, &dyn Figure)> =
-                    of_curves.map(|figure| (figure.curve.about.trim_ascii(), figure as _)).collect();
+                    of_curves.map(|figure| (first_clause(figure.curve.about.trim_ascii()), figure as _)).collect();
                 $({
-                    let what = concat!($($doc),*).trim_ascii();
+                    let what = first_clause(concat!($($doc),*).trim_ascii());
                     all.extend(self.$field.iter().map(|figure| (what, figure as &dyn Figure)));
                 })*
                 all
@@ -335,7 +335,7 @@ fn drawn(what: &str, sheet: &Sheet, origins: Origins, provenance: bool) -> Resul
     Ok((page, about))
 }
 
-/// What is said of a sheet, given what figures of its kind show.
+/// What is said of a sheet, given what it shows.
 fn words(what: &str, sheet: &Sheet) -> Caption {
     let what = spelled(what).trim_end_matches('.').to_owned();
     let of_panels = || sheet.all_panels().map(|panel| panel.title.clone());
@@ -344,12 +344,12 @@ fn words(what: &str, sheet: &Sheet) -> Caption {
     let across = each_once(sheet.all_panels().map(|panel| panel.x.label())).join("; ");
     let bars = sheet.all().into_iter().filter_map(|sheet| Some(plain(&sheet.bar.as_ref()?.scale.label())));
     let labels: Vec<String> = sheet.labels().into_iter().chain(bars).collect();
-    let mut caption = vec![what.clone(), format!("{axes} against {across}")];
-    caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
+    let one_title = if let [title] = &titles[..] { format!(": {title}") } else { String::new() };
+    let mut caption = vec![format!("{what}{one_title}"), format!("{axes} against {across}")];
+    caption.extend((titles.len() > 1).then(|| titles.join("; ")));
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
     let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
-    let name = first_clause(&what);
-    let title = if let [title] = &titles[..] { format!("{name}: {title}") } else { name.to_owned() };
+    let title = format!("{}{one_title}", first_clause(&what));
     Caption { title, caption: caption.join(". ") + "." }
 }
 

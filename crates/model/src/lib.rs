@@ -16,7 +16,7 @@
 //! // for a tilted load, mu_d x (1 + theta (1 - x)).
 //! let law = LengthLaw::natural(&scenario);
 //! let load_ratio = law.load_ratio(&LengthLawParameters::of(&scenario), 0.5);
-//! assert_eq!(law.table_word(), "(5.22)");
+//! assert_eq!(law.word(), "tilted");
 //! assert!((load_ratio - 0.45 * 0.5 * (1.0 + 0.8333 * 0.5)).abs() < 1e-12);
 //! # Ok::<(), asperity_model::ResolveError>(())
 //! ```

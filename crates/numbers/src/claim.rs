@@ -174,7 +174,7 @@ mod tests {
             |ours| Judgement { ours, error: Some(0.5), rule: "2 %".to_owned(), verdict: Verdict::Agrees };
         let claim = |as_stated| Claim {
             about: "Figure 5.9".to_owned(),
-            of: Speaker::Source,
+            of: Speaker::Thesis,
             figures: vec!["a.png".to_owned(), "b.png".to_owned()],
             run: "default".to_owned(),
             quote: "it slips".to_owned(),
@@ -196,14 +196,14 @@ mod tests {
         assert_eq!(refused("about,run\n"), "there is no column of (accepted: a table of claims)");
         let short = "about,of,run,quote,measure,ours,verdict,kind\n";
         assert_eq!(
-            refused(&format!("{short}a,the source,r,q,m,much,agrees,simulated\n")),
+            refused(&format!("{short}a,the thesis,r,q,m,much,agrees,simulated\n")),
             "line 2: ours: \"much\" is not accepted (accepted: a number)"
         );
         assert_eq!(
             refused(&format!("{short}a,us,r,q,m,1,agrees,simulated\n")),
-            "line 2: of: \"us\" is not accepted (accepted: the source, this project)"
+            "line 2: of: \"us\" is not accepted (accepted: the thesis, this project)"
         );
-        let claims = read(format!("{short}a,the source,r,q,m,,not reached,selection\n").as_bytes()).unwrap();
+        let claims = read(format!("{short}a,the thesis,r,q,m,,not reached,selection\n").as_bytes()).unwrap();
         assert_eq!((claims[0].own.ours, claims[0].own.verdict), (None, Verdict::NotReached));
     }
 }

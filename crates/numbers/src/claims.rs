@@ -1,7 +1,7 @@
 //! Compares the claims of a text with measurements, and gives each a verdict by a stated rule.
 //!
 //! The statements of a source and those of this project are counted separately: the latter check
-//! this manual, and are no score of the source.
+//! this manual, and are no score of the thesis.
 //!
 //! A limit belongs to its claim. If it lies within the standard error of the measurement, the claim
 //! is undecided.
@@ -37,7 +37,7 @@ pub enum Kind {
     Simulated,
     /// Worked out from the parameters alone.
     Arithmetic,
-    /// Looked for in a run because the source shows it: it exists, no more.
+    /// Looked for in a run because the thesis shows it: it exists, no more.
     Selection,
     /// Put in by the program itself: a check of the program.
     Construction,
@@ -48,7 +48,7 @@ impl Kind {
     pub const ALL: [(Kind, &str, &str); 4] = [
         (Kind::Simulated, "simulated", "measured in a run, which could have given something else"),
         (Kind::Arithmetic, "arithmetic", "worked out from the parameters alone"),
-        (Kind::Selection, "selection", "looked for in a run because the source shows it"),
+        (Kind::Selection, "selection", "looked for in a run because the thesis shows it"),
         (Kind::Construction, "construction", "put in by the program itself"),
     ];
 
@@ -61,11 +61,11 @@ impl Kind {
 /// Whose statement a claim is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 pub enum Speaker {
-    /// That of the text which the pipeline is about; the quote is verbatim.
+    /// That of the thesis; the quote is verbatim.
     #[default]
-    #[serde(rename = "the source")]
-    Source,
-    /// This project's own: its theory, its other reading of the source, or what it expects.
+    #[serde(rename = "the thesis")]
+    Thesis,
+    /// This project's own: its theory, its other reading of the thesis, or what it expects.
     #[serde(rename = "this project")]
     Project,
 }
@@ -73,7 +73,7 @@ pub enum Speaker {
 impl Speaker {
     /// Both, each with its words.
     pub const ALL: [(Speaker, &str); 2] =
-        [(Speaker::Source, "the source"), (Speaker::Project, "this project")];
+        [(Speaker::Thesis, "the thesis"), (Speaker::Project, "this project")];
 
     /// The words for it.
     pub fn word(self) -> &'static str {
@@ -141,7 +141,7 @@ pub struct ClaimSpec {
     /// Runs, or ensembles of runs, whose difference from the run should not matter, such as a first velocity of
     /// 1e-9 m/s. A stated number is then compared with the spread of all of them, widened by the
     /// tolerance of any number, and the rule says how many of them lie below it. A number within the
-    /// spread is not contradicted, but this does not count as agreement. Where the source gives no
+    /// spread is not contradicted, but this does not count as agreement. Where the thesis gives no
     /// number, the median of the runs is judged.
     #[serde(default)]
     pub spread: Vec<String>,
@@ -158,19 +158,19 @@ pub struct ClaimSpec {
     /// The kind of evidence that an agreement gives.
     #[serde(default)]
     pub kind: Kind,
-    /// Whether the source gives the number as approximate: then half a unit of its
+    /// Whether the thesis gives the number as approximate: then half a unit of its
     /// last digit is allowed as well.
     #[serde(default)]
     pub approximate: bool,
-    /// The number claimed, with the digits of the source; absent where the source gives no number.
+    /// The number claimed, with the digits of the thesis; absent where the thesis gives no number.
     pub stated: Option<String>,
     /// For numbers of the nearest precursor: its number of blocks, if that is not the number claimed. For
     /// numbers at a load, or up to a time in s: that load or time.
     pub near: Option<f64>,
-    /// Where the source gives no number: the largest value that supports the claim. With `at_least` it is
+    /// Where the thesis gives no number: the largest value that supports the claim. With `at_least` it is
     /// a range.
     pub at_most: Option<f64>,
-    /// Where the source gives no number: the smallest value that supports the claim.
+    /// Where the thesis gives no number: the smallest value that supports the claim.
     pub at_least: Option<f64>,
     /// A remark for readers on the outcome.
     #[serde(default)]
@@ -670,13 +670,13 @@ mod tests {
         let page = page_of(&claims, &outcomes, &runs);
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}: {page}"));
         let ours = place("What this project says:");
-        assert!(place("What the source says:") < ours);
+        assert!(place("What the thesis says:") < ours);
         assert!(place("1 agree, 0 differ, 0 not reached.") < ours);
         assert!(ours < place("0 agree, 1 differ, 0 not reached."));
-        assert!(place("| the source says |") < place("| this project says |"));
+        assert!(place("| the thesis says |") < place("| this project says |"));
         assert_eq!(page.lines().filter(|line| line.starts_with("|---")).count(), 2, "{page}");
         assert_eq!(outcomes[0].of, Speaker::Project);
         let refused = toml::from_str::<ClaimSpec>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
-        assert!(refused.message().contains("`the source`"), "{refused}");
+        assert!(refused.message().contains("`the thesis`"), "{refused}");
     }
 }

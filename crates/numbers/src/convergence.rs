@@ -1,5 +1,5 @@
 //! What a number of a simulation is worth: whether it stays where the mesh is refined, where the time step is shortened,
-//! and where the run is repeated with a kick too small to see.
+//! and where the run is repeated with a modulus perturbed too little to see.
 
 /// What happens to a number where mesh and time step are refined. Each number declares its own, for chains at a fixed
 /// decay length and for lattices; `asperity refine` finds that of a scenario.
@@ -61,9 +61,9 @@ impl Convergence {
     }
 
     /// That of a number that changes by these ratios: on a finer mesh, with a shorter step, and between runs that differ
-    /// by a kick.
-    pub fn of_changes(mesh: f64, step: f64, kicks: f64) -> Convergence {
-        let draws = step.max(kicks);
+    /// by a perturbation.
+    pub fn of_changes(mesh: f64, step: f64, perturbed: f64) -> Convergence {
+        let draws = step.max(perturbed);
         match mesh.max(draws) {
             most if most <= MOST_CHANGE => Convergence::Robust,
             _ if mesh > MOST_CHANGE && mesh > BEYOND_DRAWS * draws => Convergence::OfTheMesh,
@@ -86,8 +86,8 @@ mod tests {
             ([0.9, 0.3, 0.5], Convergence::OneDraw),
             ([0.9, 0.3, 0.2], Convergence::OfTheMesh),
         ] {
-            let [mesh, step, kicks] = changes;
-            assert_eq!(Convergence::of_changes(mesh, step, kicks), expected, "{changes:?}");
+            let [mesh, step, perturbed] = changes;
+            assert_eq!(Convergence::of_changes(mesh, step, perturbed), expected, "{changes:?}");
         }
     }
 

@@ -130,42 +130,42 @@ numbers! {
             States |run, states, _| ahead_of_front_error(run.of_chain()?, states);
     }
     "Precursors among slip events, beside length laws" OneDraw {
-        /// Root mean square of the residuals against (5.22), over `mu_d`.
+        /// Root mean square of the residuals against the law `tilted` (5.22), over `mu_d`.
         event_residual_tilted_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Tilted));
-        /// Root mean square of the residuals against (5.52), over `mu_d`.
+        /// Root mean square of the residuals against the law `initial-shear` (5.52), over `mu_d`.
         event_residual_initial_shear_ratio: f64 =
             Events |run, _| rms_over_mu_d(run, &points(run, InitialShear));
-        /// Root mean square of the residuals against (5.57), over `mu_d`.
+        /// Root mean square of the residuals against the law `linear` (5.57), over `mu_d`.
         event_residual_linear_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Linear));
         /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
         event_residual_balance_ratio: f64 = Events |run, _| rms_over_mu_d(run, &points(run, Balance));
         /// Deviation from 1 of the slope of the straight line through the precursors, `F_T / F_N` against
-        /// its value by (5.22).
+        /// its value by the law `tilted` (5.22).
         event_slope_error_tilted_ratio: f64 = Events |run, _| slope_error(&points(run, Tilted));
-        /// Deviation from 1 of the slope against (5.52).
+        /// Deviation from 1 of the slope against the law `initial-shear` (5.52).
         event_slope_error_initial_shear_ratio: f64 = Events |run, _| slope_error(&points(run, InitialShear));
-        /// Deviation from 1 of the slope against (5.57).
+        /// Deviation from 1 of the slope against the law `linear` (5.57).
         event_slope_error_linear_ratio: f64 = Events |run, _| slope_error(&points(run, Linear));
-        /// Deviation from 1 of the slope against (5.22) with the shear ahead of the front.
+        /// Deviation from 1 of the slope against the law `screened`.
         event_slope_error_screened_ratio: f64 = Events |run, _| slope_error(&points(run, Screened));
         /// Deviation from 1 of the slope against the quasi-static balance.
         event_slope_error_balance_ratio: f64 = Events |run, _| slope_error(&points(run, Balance));
         /// Deviation from 0 of the intercept of the straight line through the precursors, `F_T / F_N`
-        /// against its value by (5.22), over `mu_d`.
+        /// against its value by the law `tilted` (5.22), over `mu_d`.
         event_intercept_error_tilted_ratio: f64 = Events |run, _| intercept_error(run, &points(run, Tilted));
-        /// Deviation from 0 of the intercept against (5.52), over `mu_d`.
+        /// Deviation from 0 of the intercept against the law `initial-shear` (5.52), over `mu_d`.
         event_intercept_error_initial_shear_ratio: f64 =
             Events |run, _| intercept_error(run, &points(run, InitialShear));
-        /// Deviation from 0 of the intercept against (5.57), over `mu_d`.
+        /// Deviation from 0 of the intercept against the law `linear` (5.57), over `mu_d`.
         event_intercept_error_linear_ratio: f64 = Events |run, _| intercept_error(run, &points(run, Linear));
-        /// Deviation from 0 of the intercept against (5.22) with the shear ahead of the front, over
+        /// Deviation from 0 of the intercept against the law `screened`, over
         /// `mu_d`.
         event_intercept_error_screened_ratio: f64 =
             Events |run, _| intercept_error(run, &points(run, Screened));
         /// Deviation from 0 of the intercept against the quasi-static balance, over `mu_d`.
         event_intercept_error_balance_ratio: f64 =
             Events |run, _| intercept_error(run, &points(run, Balance));
-        /// Deviation of (5.52) at `L_p = L` from `mu_d`, over `mu_d`.
+        /// Deviation of the law `initial-shear` at `L_p = L` from `mu_d`, over `mu_d`.
         law_end_error_initial_shear_ratio: f64 = Events |run, _| {
             let parameters = LengthLawParameters::of(&run.has_free_ends()?.scenario);
             Some((InitialShear.load_ratio(&parameters, 1.0) / run.mu_d()? - 1.0).abs())

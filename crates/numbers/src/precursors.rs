@@ -2,10 +2,10 @@
 //!
 //! Of ruptures: those that include block 1 and reach farther than every one before that does. The list ends
 //! with the first that reaches every block; it is flagged, and no count of precursors includes it. The rest
-//! is about raw slip events, which the thesis counts.
+//! is about slip events, which the thesis counts.
 //!
 //! A precursor starts at block 1 and runs farther than any before it; the list ends with the first slip of
-//! the whole slider, even if an earlier event reached the last block without including all blocks. The raw
+//! the whole slider, even if an earlier event reached the last block without including all blocks. The
 //! event table is full of events of one or two blocks or steps, which are real but may be unwanted, so
 //! rules may drop short events and merge those that follow each other closely. By default nothing is
 //! dropped or merged, and every table names its rules.

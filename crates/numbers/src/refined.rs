@@ -5,8 +5,8 @@ use crate::median;
 use crate::number::Number;
 use crate::summary::Summary;
 
-/// How many runs there are of each mesh, which differ by a kick too small to see.
-pub const KICKS: usize = 3;
+/// How many runs there are of each mesh, whose moduli differ too little to see.
+pub const PERTURBED: usize = 3;
 
 /// A number under refinement.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub struct Refined {
     /// one of them lacks it.
     pub medians: [Option<f64>; 4],
     /// Its changes, each over the larger value: on the finer mesh, with the shorter step, and the largest between runs
-    /// that differ by a kick.
+    /// with perturbed moduli.
     pub changes: Option<[f64; 3]>,
 }
 
@@ -31,8 +31,8 @@ impl Refined {
     /// All of them, by their values in each run, in the order of the runs.
     pub fn all(runs: &[Vec<Option<f64>>]) -> Vec<Refined> {
         let of = |(n, number): (usize, Number)| {
-            let kicked = |runs: &[Vec<Option<f64>>]| runs.iter().map(|run| run[n]).collect();
-            let variants: Vec<Option<Vec<f64>>> = runs.chunks(KICKS).map(kicked).collect();
+            let values = |runs: &[Vec<Option<f64>>]| runs.iter().map(|run| run[n]).collect();
+            let variants: Vec<Option<Vec<f64>>> = runs.chunks(PERTURBED).map(values).collect();
             let variant = |n: usize| variants.get(n)?.as_ref();
             let medians @ [given, finer, shorter, _] =
                 [0, 1, 2, 3].map(|n| median(variant(n)?.iter().copied()));
@@ -41,8 +41,8 @@ impl Refined {
                 Some(values.iter().flat_map(|a| values.iter().map(|b| change(*a, *b))).fold(0.0, f64::max))
             };
             let changes = || {
-                let kicks = spread(0)?.max(spread(1)?).max(spread(2)?);
-                Some([change(given?, finer?), change(given?, shorter?), kicks])
+                let perturbed = spread(0)?.max(spread(1)?).max(spread(2)?);
+                Some([change(given?, finer?), change(given?, shorter?), perturbed])
             };
             Refined { number, medians, changes: changes() }
         };
@@ -56,7 +56,7 @@ impl Refined {
 
     /// What it is worth, as found; `None` if not all runs have it.
     pub fn found(&self) -> Option<Convergence> {
-        self.changes.map(|[mesh, step, kicks]| Convergence::of_changes(mesh, step, kicks))
+        self.changes.map(|[mesh, step, perturbed]| Convergence::of_changes(mesh, step, perturbed))
     }
 }
 
@@ -80,8 +80,8 @@ mod tests {
         let refined = of(&all);
         assert_eq!((refined.number.name(), refined.coarser_change()), ("precursor_count", Some(22.0 / 42.0)));
         assert_eq!(refined.medians, [Some(42.0), Some(52.0), Some(41.0), Some(20.0)]);
-        let [mesh, step, kicks] = refined.changes.unwrap();
-        assert_eq!([mesh, step, kicks], [10.0 / 52.0, 1.0 / 42.0, 4.0 / 44.0]);
+        let [mesh, step, perturbed] = refined.changes.unwrap();
+        assert_eq!([mesh, step, perturbed], [10.0 / 52.0, 1.0 / 42.0, 4.0 / 44.0]);
         assert_eq!(refined.found(), Some(Convergence::OfTheMesh));
         let mut without = all.to_vec();
         without[4] = None;

@@ -535,7 +535,7 @@ impl Collector {
         if !has_ruptures {
             run.ruptures = None;
         }
-        run.slip_steps = summarizer.raw.steps.clone();
+        run.slip_steps = summarizer.events.steps.clone();
         run.summary = summarizer.finish(has_ruptures, end);
         run
     }

@@ -129,13 +129,13 @@ impl States {
         self.at_first_onset.as_ref()
     }
 
-    /// The state at the onset of a precursor, for raw slip events without merging: after the first step in
+    /// The state at the onset of a precursor, for slip events without merging: after the first step in
     /// which a block slid.
     pub fn at_precursor_onset(&self, step: u64) -> Option<&FieldRecord> {
         self.at_precursor_onsets.iter().find(|state| state.step == step)
     }
 
-    /// The state at the end of a precursor, for raw slip events without merging.
+    /// The state at the end of a precursor, for slip events without merging.
     pub fn at_precursor_end(&self, step: u64) -> Option<&FieldRecord> {
         self.at_precursor_ends.iter().find(|state| state.step == step)
     }

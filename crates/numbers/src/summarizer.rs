@@ -13,8 +13,8 @@ use crate::creep::CreepFront;
 use crate::growth::RuptureGrowth;
 use crate::gutenberg_richter::GutenbergRichter;
 use crate::magnitudes::Magnitudes;
-use crate::raw::RawEvents;
 use crate::rupture_numbers::{self as measures, WIDE_BLOCKS};
+use crate::slip_events::SlipEvents;
 use crate::statistics::{mean, median};
 use crate::summary::Summary;
 use crate::unloaded::Unloaded;
@@ -28,7 +28,7 @@ const FEWEST_INTERVALS: usize = 4;
 /// Receives a run in its order, and returns its [`Summary`].
 ///
 /// Stores the size of each rupture, the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
-/// wide raw events, the steps of all raw events, and load drops.
+/// wide slip events, the steps of all slip events, and load drops.
 #[derive(Default)]
 pub struct Summarizer {
     pub(crate) name: String,
@@ -55,7 +55,7 @@ pub struct Summarizer {
     pub(crate) lacks_ft: bool,
     pub(crate) drops: Vec<LoadDrop>,
     creep: CreepFront,
-    pub(crate) raw: RawEvents,
+    pub(crate) events: SlipEvents,
     pub(crate) unloaded: Unloaded,
     pub(crate) growth: RuptureGrowth<Rupture>,
     /// The global ruptures, by onset.
@@ -97,7 +97,7 @@ impl Summarizer {
             length_law: scenario.and_then(law),
             driven: plan.filter(is_even).map(Box::new),
             creep: CreepFront::new(header.contacts()),
-            raw: RawEvents::new(header.blocks),
+            events: SlipEvents::new(header.blocks),
             slip_m: Some(0.0),
             ..Summarizer::default()
         }
@@ -124,10 +124,10 @@ impl Summarizer {
         }
     }
 
-    /// Adds a raw slip event.
+    /// Adds a slip event.
     pub fn slip_event(&mut self, slip: &SlipEvent) {
         self.peak_velocity_m_per_s = largest(self.peak_velocity_m_per_s, slip.peak_velocity_m_per_s);
-        self.raw.take(slip);
+        self.events.take(slip);
     }
 
     /// Adds a rupture.
@@ -145,7 +145,7 @@ impl Summarizer {
         }
         if measures::is_wide(rupture) {
             self.wide += 1;
-            self.raw.wide_rupture(rupture);
+            self.events.wide_rupture(rupture);
         }
         if rupture.reached_every_block {
             let place = self.global.partition_point(|known| known.onset_step <= rupture.onset_step);
@@ -273,28 +273,28 @@ impl Summarizer {
         finite(1.0 - slip_m / (last_m? - first_m?))
     }
 
-    /// Onset and end of each raw slip event, s, in a run that lasts as long as this one.
-    fn raw_events_s(&self) -> impl Iterator<Item = (f64, f64)> {
+    /// Onset and end of each slip event, s, in a run that lasts as long as this one.
+    fn events_s(&self) -> impl Iterator<Item = (f64, f64)> {
         let (grid, end_s) = (self.header.time_grid(), self.simulated_s());
         let time_s = move |step| if step == u64::MAX { end_s } else { grid.time_s(step) };
-        self.raw.steps.spans.iter().map(move |&(onset, end)| (time_s(onset), time_s(end)))
+        self.events.steps.spans.iter().map(move |&(onset, end)| (time_s(onset), time_s(end)))
     }
 
     pub(crate) fn longest_event_s(&self) -> Option<f64> {
-        self.raw_events_s().map(|(onset_s, end_s)| end_s - onset_s).max_by(f64::total_cmp)
+        self.events_s().map(|(onset_s, end_s)| end_s - onset_s).max_by(f64::total_cmp)
     }
 
     pub(crate) fn sliding_time_ratio(&self) -> Option<f64> {
         let until_s = self.global.first().map_or(self.simulated_s(), |first| first.onset_s);
-        let slid = self.raw_events_s().map(|(onset_s, end_s)| (end_s.min(until_s) - onset_s).max(0.0));
+        let slid = self.events_s().map(|(onset_s, end_s)| (end_s.min(until_s) - onset_s).max(0.0));
         // An empty sum of floats is -0.
         let slid_s = slid.fold(0.0, |sum_s, time_s| sum_s + time_s);
         (until_s > 0.0).then(|| slid_s / until_s)
     }
 
-    pub(crate) fn raw_events_mislead(&self) -> bool {
+    pub(crate) fn events_mislead(&self) -> bool {
         let spacings = self.header.contacts().columns().saturating_sub(1);
-        self.raw.mislead(f64::from(spacings) * self.header.scales.block_time_s, self.longest_event_s())
+        self.events.mislead(f64::from(spacings) * self.header.scales.block_time_s, self.longest_event_s())
     }
 
     pub(crate) fn solver(&self, count: &str) -> Option<u64> {
@@ -309,7 +309,7 @@ impl Observer for Summarizer {
         }
     }
 
-    /// Ignores events other than raw slip events, ruptures and load drops.
+    /// Ignores events other than slip events, ruptures and load drops.
     fn event(&mut self, event: &Event) {
         if let Some(slip) = event.get::<SlipEvent>() {
             self.slip_event(slip);

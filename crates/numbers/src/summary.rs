@@ -20,7 +20,7 @@ macro_rules! with_energies {
 summary! {
     /// The key numbers of a run.
     ///
-    /// Numbers describe ruptures, except those with `event` in their names, which describe raw slip
+    /// Numbers describe ruptures, except those with `event` in their names, which describe slip
     /// events. A rupture is wide if it spans four blocks or more. A precursor is a rupture that
     /// includes block 1, does not reach every block, and reaches farther than every rupture that
     /// includes block 1 and began before it. A rupture that reached every block, a global rupture, is
@@ -48,10 +48,10 @@ summary! {
         }
         "First slip" AtDecayLength {
             /// Time at which a block first slides, s; null if none did.
-            first_slip_s: Option<f64> = run.raw.first.as_ref().map(|first| first.onset_s),
+            first_slip_s: Option<f64> = run.events.first.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at that time; null, as are all such ratios, where the drive pulls both ways,
             /// so that `F_T` is a difference.
-            first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.raw.first.as_ref().map(|first| first.ft_fn_onset)),
+            first_slip_ft_fn: Option<f64> [unit = "1"] = run.ratio(run.events.first.as_ref().map(|first| first.ft_fn_onset)),
         }
         "First precursor" OneDraw {
             /// Onset of the first wide precursor, of four contacts or more, s; null if there is none. First slip and creep
@@ -79,12 +79,12 @@ summary! {
             /// Speed of its front, m/s, on the side where it ran farther.
             first_global_rupture_front_speed_m_per_s: Option<f64> as OneDraw =
                 run.global.first().and_then(|first| run.speed_m_per_s(first)),
-            /// Onset of the first raw slip event in which every block slid, s. If creep joins this event
+            /// Onset of the first slip event in which every block slid, s. If creep joins this event
             /// to earlier slip, the onset is long before the slider slipped.
-            first_global_event_onset_s: Option<f64> as OfTheMesh = run.raw.first_global.as_ref().map(|first| first.onset_s),
+            first_global_event_onset_s: Option<f64> as OfTheMesh = run.events.first_global.as_ref().map(|first| first.onset_s),
             /// `F_T / F_N` at the onset of that event.
             first_global_event_ft_fn: Option<f64> [unit = "1"] =
-                run.ratio(run.raw.first_global.as_ref().map(|first| first.ft_fn_onset)),
+                run.ratio(run.events.first_global.as_ref().map(|first| first.ft_fn_onset)),
             /// Number of ruptures that reached every block.
             global_rupture_count: Option<u64> as OfTheMesh = run.known(run.global.len() as u64),
         }
@@ -97,10 +97,11 @@ summary! {
             /// two.
             precursor_growth_ratio: Option<f64> =
                 mean(run.lengths().windows(2).map(|pair| pair[1] - pair[0])),
-            /// The length law that applies to the scenario; null for slabs, sheets and bodies, for drives that
+            /// The length law that applies to the scenario: linear (5.57), tilted (5.22), initial-shear (5.52) or
+            /// balance; null for slabs, sheets and bodies, for drives that
             /// pull both ways, where nothing drives, and where a prestress is no smaller than sliding friction,
             /// since nothing stops a front there.
-            length_law: Option<String> as Robust = run.length_law.as_ref().map(|(law, _)| law.table_word()),
+            length_law: Option<String> as Robust = run.length_law.as_ref().map(|(law, _)| law.word().to_owned()),
             /// Slope of the least-squares line through the residuals of the precursors, `F_T / F_N` at
             /// the onset minus the law, against `L_p / L`; null if there are fewer than three.
             length_law_slope_residual: Option<f64> [unit = "1"] =
@@ -172,7 +173,7 @@ summary! {
             global_rupture_slip_m: Option<f64> as OfTheMesh = mean_of(&run.global, |rupture| rupture.mean_slip_m),
             /// Largest size of the slip of a block in one rupture, m.
             largest_slip_m: Option<f64> = run.largest_slip_m,
-            /// Largest speed of a block in a raw slip event, m/s; null without any, and by laws without a state.
+            /// Largest speed of a block in a slip event, m/s; null without any, and by laws without a state.
             peak_velocity_m_per_s: Option<f64> = run.peak_velocity_m_per_s,
             /// Mean over the precursors of their stress drop, the shear stress before less that after, mean over the
             /// contacts, Pa; null if none has one, as where ruptures overlap and where states were not recorded.
@@ -252,23 +253,23 @@ summary! {
             /// still slid at the end, and in logs that are incomplete or salvaged.
             creep_ratio: Option<f64> as OneDraw = run.creep_ratio(),
         }
-        "Raw slip events" OneDraw {
-            /// Whether raw slip events mislead: the longest lasts more than twenty times as long as both
+        "Slip events" OneDraw {
+            /// Whether slip events mislead: the longest lasts more than twenty times as long as both
             /// the longest crossing of a wide rupture and the passage of a wave along the slider; or more
             /// than a quarter of the events of four blocks or more contain several wide ruptures.
-            raw_events_mislead: Option<bool> = run.has_ruptures.then(|| run.raw_events_mislead()),
-            /// Number of raw slip events.
-            event_count: u64 = run.raw.steps.spans.len() as u64,
-            /// Number of raw slip events in which every block slid.
-            global_event_count: u64 = run.raw.global,
-            /// Duration of the longest raw slip event, s; an event that did not end counts up to the end
+            events_mislead: Option<bool> = run.has_ruptures.then(|| run.events_mislead()),
+            /// Number of slip events.
+            event_count: u64 = run.events.steps.spans.len() as u64,
+            /// Number of slip events in which every block slid.
+            global_event_count: u64 = run.events.global,
+            /// Duration of the longest slip event, s; an event that did not end counts up to the end
             /// of the run.
             longest_event_s: Option<f64> = run.longest_event_s(),
-            /// Number of raw slip events of four blocks or more.
-            wide_event_count: u64 as OfTheMesh = run.raw.wide_count(),
-            /// Number of raw slip events of four blocks or more in which more than one wide rupture
+            /// Number of slip events of four blocks or more.
+            wide_event_count: u64 as OfTheMesh = run.events.wide_count(),
+            /// Number of slip events of four blocks or more in which more than one wide rupture
             /// began.
-            joined_event_count: Option<u64> as OfTheMesh = run.known(run.raw.joined_count()),
+            joined_event_count: Option<u64> as OfTheMesh = run.known(run.events.joined_count()),
         }
         "Contacts without load" OneDraw {
             /// Steps in which a contact of a slab or a body had lifted off, summed over the contacts; null
@@ -281,7 +282,7 @@ summary! {
             unloaded_contact_count: u64 as OfTheMesh = run.unloaded.counts()[0],
             /// Number of detachments without load of these contacts.
             unloaded_detachment_count: u64 = run.unloaded.counts()[1],
-            /// Number of raw slip events in which no contact with load detached.
+            /// Number of slip events in which no contact with load detached.
             unloaded_event_count: u64 = run.unloaded.counts()[2],
         }
         "Counts" OfTheMesh {
@@ -337,7 +338,7 @@ summary! {
 }
 
 /// What no recording has, though it is counted; behind the first what those without an array lack.
-const LACKED: [&str; 5] = ["Contacts without load", "Fronts", "Creep", "Raw slip events", "Counts"];
+const LACKED: [&str; 5] = ["Contacts without load", "Fronts", "Creep", "Slip events", "Counts"];
 
 /// The classes of its numbers in its JSON.
 const CONVERGENCE: &str = "convergence";

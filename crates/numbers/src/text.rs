@@ -68,8 +68,8 @@ const COLUMNS: [(&str, &str, &str); 10] = [
     ("recurrence", "steady, s", "recurrence_steady_s"),
     ("front", "speed, m/s", "front_speed_m_per_s"),
     ("drop of", "F_T/F_N", "global_rupture_drop_ft_fn"),
-    ("raw", "events", "event_count"),
-    ("they", "mislead", "raw_events_mislead"),
+    ("slip", "events", "event_count"),
+    ("they", "mislead", "events_mislead"),
 ];
 
 /// What recordings have in place of the last ones.

@@ -39,7 +39,7 @@ impl Unloaded {
         }
     }
 
-    /// The numbers of contacts, detachments and raw slip events without load in a finished run.
+    /// The numbers of contacts, detachments and slip events without load in a finished run.
     pub(crate) fn counts(&self) -> [u64; 3] {
         // Blocks that detached in the last step have not slid.
         let last = u64::from(self.slides && self.bears == Some(false));

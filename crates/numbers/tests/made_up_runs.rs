@@ -29,7 +29,7 @@ fn header_with_state() -> RunHeader {
     RunHeader { flags: Parts { state: true, ..Parts::default() }, ..header() }
 }
 
-/// Contacts of 2 mm by 1 mm, and the length law (5.57).
+/// Contacts of 2 mm by 1 mm, and the length law `linear`.
 fn scenario() -> Scenario {
     let keys = [
         "friction.dynamic_coefficient=0.5",
@@ -156,7 +156,7 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_near(found.global_rupture_heat_j, 2.5);
     // Residuals against 0.5 x: 0 at 0.2, 0.05 at 0.5, 0.05 at 0.8. Slope (0.3 * 0.05) / 0.18; the
     // line passes the mean, 1/30 at 0.5.
-    assert_eq!(found.length_law.as_deref(), Some("(5.57)"));
+    assert_eq!(found.length_law.as_deref(), Some("linear"));
     assert_near(found.length_law_slope_residual, 0.015 / 0.18);
     assert_near(found.length_law_intercept_residual, 0.1 / 3.0 - 0.5 * 0.015 / 0.18);
     assert_near(found.length_law_rms_residual, (0.005_f64 / 3.0).sqrt());
@@ -335,7 +335,7 @@ fn over_an_area_lengths_are_columns_and_sizes_contacts() {
 }
 
 #[test]
-fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
+fn events_mislead_where_they_outlast_fronts_or_join_them() {
     let of = |slips: &[SlipEvent], ruptures: &[Rupture]| {
         let mut run = summarizer();
         run.step(&quiet_step(30_000, 30.0, 0.4));
@@ -346,15 +346,15 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
     // A wave takes 0.5 s and the front 0.6 s: 12 s are twenty times as long.
     let crossing = [rupture(0, 1000, 1600, 1700, 10, 0.4)];
     let found = of(&[slip(0, 1000, Some(13_000), 10)], &crossing);
-    assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(false), Some(12.0)));
+    assert_eq!((found.events_mislead, found.longest_event_s), (Some(false), Some(12.0)));
     let found = of(&[slip(0, 1000, Some(13_001), 10)], &crossing);
-    assert_eq!(found.raw_events_mislead, Some(true));
+    assert_eq!(found.events_mislead, Some(true));
     assert_eq!((found.first_global_event_onset_s, found.global_event_count), (Some(1.0), 1));
     // An event in progress lasts up to the end of the run.
     let found = of(&[slip(0, 1000, None, 10)], &crossing);
-    assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(true), Some(29.0)));
+    assert_eq!((found.events_mislead, found.longest_event_s), (Some(true), Some(29.0)));
     // Without fronts, ten seconds are twenty times the travel time of a wave.
-    assert_eq!(of(&[slip(0, 1000, Some(11_001), 10)], &[]).raw_events_mislead, Some(true));
+    assert_eq!(of(&[slip(0, 1000, Some(11_001), 10)], &[]).events_mislead, Some(true));
 
     // Two of four wide events contain two ruptures each; one rupture lies in none.
     let slips = [1000, 2000, 3000, 4000].map(|onset| slip(0, onset, Some(onset + 500), 8));
@@ -363,14 +363,14 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
         onsets.iter().map(|&onset| rupture(0, onset, onset + 100, onset + 150, 5, 0.4)).collect();
     let found = of(&slips, &ruptures);
     assert_eq!((found.wide_event_count, found.joined_event_count), (4, Some(2)));
-    assert_eq!(found.raw_events_mislead, Some(true));
+    assert_eq!(found.events_mislead, Some(true));
     // Without one of the second two, one of four.
     let found = of(&slips, &[&ruptures[..3], &ruptures[4..]].concat());
-    assert_eq!((found.joined_event_count, found.raw_events_mislead), (Some(1), Some(false)));
+    assert_eq!((found.joined_event_count, found.events_mislead), (Some(1), Some(false)));
 }
 
 #[test]
-fn a_run_without_ruptures_has_the_numbers_of_its_raw_events() {
+fn a_run_without_ruptures_has_the_numbers_of_its_slip_events() {
     let mut run = summarizer();
     run.slip_event(&slip(0, 500, Some(600), 3));
     run.slip_event(&slip(1, 700, Some(900), 10));
@@ -378,7 +378,7 @@ fn a_run_without_ruptures_has_the_numbers_of_its_raw_events() {
     assert_eq!((found.first_slip_s, found.first_slip_ft_fn), (Some(0.5), Some(0.125)));
     assert_eq!((found.event_count, found.first_global_event_onset_s), (2, Some(0.7)));
     assert_eq!((found.precursor_count, found.global_rupture_count, found.rupture_count), (None, None, None));
-    assert_eq!((found.creeps, found.raw_events_mislead, found.joined_event_count), (None, None, None));
+    assert_eq!((found.creeps, found.events_mislead, found.joined_event_count), (None, None, None));
 }
 
 #[test]
@@ -529,7 +529,7 @@ fn a_terminal_gets_a_line_for_each_key_and_a_row_for_each_run() {
         "first global rupture F_T/F_N 0.4",
         "~ precursor count 3",
         "~ recurrence steady 1 s",
-        "length law (5.57)",
+        "length law linear",
         "# creeps no",
     ] {
         assert!(lines.iter().any(|found| found == line), "{line}\n{one}");

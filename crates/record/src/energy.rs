@@ -57,7 +57,7 @@ macro_rules! energies {
                 /// Energy of all springs at the end, J.
                 elastic_j: f64 =
                     "Energy of all springs" [OfTheMesh, -1.0, + ": between blocks, of the drive, and of friction"];
-                /// Energy added by the finite time step, the scheme work, J.
+                /// Energy added by the finite time step, J.
                 // Euler-Cromer keeps energy only on average.
                 scheme_work_j: f64 = "What the time step itself added" [OneDraw, 1.0];
             }

@@ -36,7 +36,7 @@ payload! {
     table: "events" [derive = Default],
     /// A maximal run of consecutive steps in which at least one block slides.
     ///
-    /// The first seven fields are the columns of the raw event table, in its order.
+    /// The first seven fields are the columns of the table of slip events, in its order.
     pub struct SlipEvent {
         /// Time of the first step in which a block slides, s.
         pub onset_s: f64 [role = Time],

@@ -41,7 +41,7 @@ fn score(claims: &[Claim], speaker: Speaker) -> Option<String> {
 }
 
 /// Both speakers, and their headings.
-const SPEAKERS: [(Speaker, &str); 2] = [(Speaker::Source, "The source"), (Speaker::Project, "This project")];
+const SPEAKERS: [(Speaker, &str); 2] = [(Speaker::Thesis, "The thesis"), (Speaker::Project, "This project")];
 
 /// The attribute of lines of scores at the head of a page.
 pub(crate) const SCORE: &str = " class=\"score\"";
@@ -104,7 +104,7 @@ fn measured(judgement: &Judgement) -> String {
     format!("<span title=\"{}\">{}</span>", text(&judgement.rule), with_error(judgement))
 }
 
-/// The claims beside their subject: first those of the source, then separately those of this project.
+/// The claims beside their subject: first those of the thesis, then separately those of this project.
 /// Claims with the same words are grouped below them.
 pub(crate) fn beside(claims: &[&Claim]) -> String {
     let mut out = String::new();
@@ -159,9 +159,9 @@ pub(crate) fn links<'a>(runs: impl IntoIterator<Item = &'a String>) -> String {
     links.join(", ") + &more
 }
 
-/// The words of the source in quotation marks.
+/// The words of the thesis in quotation marks.
 fn quoted(claim: &Claim) -> String {
-    if claim.of == Speaker::Source {
+    if claim.of == Speaker::Thesis {
         format!("“{}”", formulas(&claim.quote))
     } else {
         worded(&claim.quote)
@@ -328,11 +328,11 @@ mod tests {
     #[test]
     fn what_the_source_says_is_counted_apart() {
         let claims = [
-            claim(Speaker::Source, Verdict::Agrees),
-            claim(Speaker::Source, Verdict::Differs),
+            claim(Speaker::Thesis, Verdict::Agrees),
+            claim(Speaker::Thesis, Verdict::Differs),
             claim(Speaker::Project, Verdict::Agrees),
         ];
-        assert_eq!(score(&claims, Speaker::Source).unwrap(), "1 of 2 agree, 1 differ");
+        assert_eq!(score(&claims, Speaker::Thesis).unwrap(), "1 of 2 agree, 1 differ");
         assert_eq!(score(&claims, Speaker::Project).unwrap(), "1 of 1 agree");
         assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
         let first = differing(&claims, &about);
@@ -351,10 +351,10 @@ mod tests {
 
     #[test]
     fn undecided_claims_show_their_error_and_count_by_themselves() {
-        let mut open = claim(Speaker::Source, Verdict::Undecided);
+        let mut open = claim(Speaker::Thesis, Verdict::Undecided);
         open.own.error = Some(0.25);
-        let claims = [open, claim(Speaker::Source, Verdict::Agrees)];
-        assert_eq!(score(&claims, Speaker::Source).unwrap(), "1 of 2 agree, 1 undecided");
+        let claims = [open, claim(Speaker::Thesis, Verdict::Agrees)];
+        assert_eq!(score(&claims, Speaker::Thesis).unwrap(), "1 of 2 agree, 1 undecided");
         let shown = beside(&claims.iter().collect::<Vec<_>>());
         assert!(shown.contains("<span class=\"outcome undecided\">± undecided</span>"), "{shown}");
         assert!(shown.contains(">2 ± 0.25</span>"), "{shown}");

@@ -3,7 +3,8 @@
 use asperity_model::{Preview, Scenario};
 
 use crate::html::markup::text;
-use crate::symbols::{lettered, rounded, symbol};
+use crate::parameter_table::range;
+use crate::symbols::{lettered, symbol};
 
 /// How a number is computed, and its meaning.
 type Number = (&'static str, fn(&Preview) -> Option<f64>, &'static str, &'static str);
@@ -50,18 +51,15 @@ const NUMBERS: [Number; 8] = [
 ];
 
 /// The numbers that follow from scenarios as a list, for the place beside the parameters; without those that no
-/// scenario has, and without values where scenarios differ.
+/// scenario has, and as ranges where scenarios differ.
 pub(crate) fn list<'a>(scenarios: impl Iterator<Item = &'a Scenario>) -> String {
     let previews: Vec<Preview> = scenarios.map(Scenario::preview).collect();
     let row = |(name, value, unit, meaning): &Number| {
-        let first = previews.iter().find_map(value)?;
-        let value = match previews.iter().all(|preview| value(preview) == Some(first)) {
-            true => format!("{} {unit}", rounded(first, 4)),
-            false => "differs ".to_owned(),
-        };
+        previews.iter().find_map(value)?;
+        let value = range(previews.iter().filter_map(value));
         let is_symbol = !name.contains("F_T") && !name.contains(" at");
         let symbol = if is_symbol { symbol(name) } else { lettered(name) };
-        Some(format!("<div title=\"{}\"><dt>{symbol}</dt><dd>{value}</dd></div>\n", text(meaning)))
+        Some(format!("<div title=\"{}\"><dt>{symbol}</dt><dd>{value} {unit}</dd></div>\n", text(meaning)))
     };
     format!("<dl class=\"main derived\">\n{}</dl>\n", NUMBERS.iter().filter_map(row).collect::<String>())
 }
@@ -88,6 +86,6 @@ mod tests {
         assert_eq!(one[7], "largest F<sub>T</sub>/F<sub>N</sub> 0.7984 ");
         let two = said(&[of("time.duration_s=4"), of("time.duration_s=5")]);
         assert_eq!(two[..7], one[..7]);
-        assert_eq!(two[7], "largest F<sub>T</sub>/F<sub>N</sub> differs ");
+        assert_eq!(two[7], "largest F<sub>T</sub>/F<sub>N</sub> 0.7984 to 0.998 ");
     }
 }

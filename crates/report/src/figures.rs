@@ -32,7 +32,7 @@ pub(crate) fn data_url(kind: &str, bytes: &[u8]) -> String {
 }
 
 impl Figure {
-    /// Its name in headings: its number in the source, its title, or the first sentence of its caption.
+    /// Its name in headings: its number in the thesis, its title, or the first sentence of its caption.
     pub(crate) fn name(&self) -> String {
         match self.stem().strip_prefix("figure-").and_then(numbered) {
             Some((chapter, number)) => format!("Figure {chapter}.{number}"),

@@ -29,12 +29,13 @@ impl Study {
         let sketches: Vec<String> = self.runs.iter().map(of_sketch).collect();
         let simulated = || self.runs.iter().filter(|run| !run.header.parts().recording);
         let differing = differing(&simulated().map(Parameters::of_run).collect::<Vec<_>>());
+        let ranges: Vec<_> = differing.iter().map(|key| parameter_table::range_of(key, &asked)).collect();
         let shared =
             if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" };
         let what = match self.runs.iter().position(|run| !run.header.parts().recording) {
             Some(first) => format!(
                 "<div class=\"model\">{sketch}{}{}</div>\n{}<details><summary>{shared}</summary>\n{}</details>\n",
-                parameter_table::main(&asked[first], &differing),
+                parameter_table::main(&asked[first], &ranges),
                 derived::list(simulated().map(|run| &run.scenario)),
                 self.other_models(&sketches),
                 parameters(&asked[first], &differing),
@@ -138,8 +139,7 @@ impl Study {
             return " ".to_owned();
         }
         format!(
-            "Parameter set {}; time step {} s; solver {}; code version <code>{}</code>. ",
-            text(distinct(&|run| run.parameter_set.clone())),
+            "Time step {} s; solver {}; code version <code>{}</code>. ",
             distinct(&|run| number(run.time_step_s)),
             text(distinct(&|run| run.solver.clone())),
             text(distinct(&|run| run.code_version.clone()))

@@ -97,17 +97,17 @@ const MAIN: [&str; 20] = [
 ];
 
 /// The parameters that describe the model, in short; those without effect are left out, and those that
-/// differ between runs are marked.
-pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
+/// differ between runs have these values.
+pub(crate) fn main(first: &Parameters, varied: &[(String, String)]) -> String {
     let row = |path: &&str| {
         let key = keys::named(path)?;
         let value = first.get(path)?;
-        let differs = differing.iter().any(|other| other.path == *path);
-        let (value, unit) = match (differs, value) {
-            (true, _) => ("differs".to_owned(), ""),
-            (false, value) if does_nothing(value) || first.is_idle(key) => return None,
-            (false, Value::Float(value)) => (rounded(*value, 6), unit(key)),
-            (false, other) => (text(other), unit(key)),
+        let values = varied.iter().find(|(of, _)| of == path);
+        let (value, unit) = match (values, value) {
+            (Some((_, values)), _) => (text(values), unit(key)),
+            (None, value) if does_nothing(value) || first.is_idle(key) => return None,
+            (None, Value::Float(value)) => (rounded(*value, 6), unit(key)),
+            (None, other) => (text(other), unit(key)),
         };
         let title = text(key.doc);
         Some(format!(
@@ -117,6 +117,20 @@ pub(crate) fn main(first: &Parameters, differing: &[&'static Key]) -> String {
         ))
     };
     format!("<dl class=\"main\">\n{}</dl>\n", MAIN.iter().filter_map(row).collect::<String>())
+}
+
+/// The range of a key in all scenarios that have it.
+pub(crate) fn range_of(key: &Key, all: &[Parameters]) -> (String, String) {
+    let number = |value: &Value| value.as_float().or_else(|| Some(value.as_integer()? as f64));
+    (key.path.to_owned(), range(all.iter().filter_map(|one| number(one.get(key.path)?))))
+}
+
+/// From the smallest to the largest value.
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> String {
+    let [low, high] = values
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+    let [low, high] = [low, high].map(|end| rounded(end, 4));
+    if low == high { low } else { format!("{low} to {high}") }
 }
 
 /// A key by its symbol or, if it has none, its path.

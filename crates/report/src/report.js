@@ -32,8 +32,9 @@
   // What is open lasted at least until the last step that went by.
   const end = (k) => seconds(ruptures[k][END] ?? run.last);
   const unit = () => run.unit ?? "s";
-  // On a fault line, in km.
-  const depth = (block) => digits(run.depth[0] + (block - 1) * run.depth[1], 6);
+  // Where blocks are: x, in mm, on a fault line depth, in km; else their numbers.
+  const at = (block) => (run.place ? digits(run.place[0] + (block - 1) * run.place[1], 6) : String(block));
+  const span = (first, last) => (run.down ? `depth ${at(first)} to ${at(last)} km` : run.place ? `x = ${at(first)} to ${at(last)} mm` : `${places()} ${first} to ${last}`);
   const until = (t) => (t !== null ? `${time(seconds(t))} ${unit()}` : run.lacks ? "the last step of the log" : "the run's end");
   const blocks = (k) => ruptures[k][LAST] - ruptures[k][FIRST] + 1;
   const drop = (k) => (ruptures[k][TO] === null ? null : ruptures[k][FROM] - ruptures[k][TO]);
@@ -55,14 +56,12 @@
     const parts = [
       `Rupture ${r[NUMBER]}, ${what}`,
       `${time(onset(k))} ${unit()} to ${until(r[END])}`,
-      run.depth
-        ? `depths ${depth(r[FIRST])} to ${depth(r[LAST])} km, first sliding at ${depth(r[NUCLEATION])} km`
-        : `${places()} ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}${run.area ? `; ${run.area.slipped[k]} contacts` : ""}`,
+      `${span(r[FIRST], r[LAST])}, first sliding at ${at(r[NUCLEATION])}${run.area ? `; ${run.area.slipped[k]} contacts` : ""}`,
       `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
     if (front(k) !== null) parts.push(`front at ${digits(front(k), 4)} c`);
     if (!r[FRONT]) parts.push("its front is not on this page");
-    if (r[SLIP] !== null) parts.push(run.depth ? `mean slip ${digits(r[SLIP], 4)} m` : `mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
+    if (r[SLIP] !== null) parts.push(run.down ? `mean slip ${digits(r[SLIP], 4)} m` : `mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
     return parts;
   }
 
@@ -91,8 +90,7 @@
     words(_, k) {
       if (k < ruptures.length) return words(k).join("\n");
       const [from, to, first, last] = run.events[k - ruptures.length];
-      const where = run.depth ? `depths ${depth(first)} to ${depth(last)} km` : `${places()} ${first} to ${last}`;
-      return `slip event\n${time(seconds(from))} ${unit()} to ${until(to)}\n${where}`;
+      return `slip event\n${time(seconds(from))} ${unit()} to ${until(to)}\n${span(first, last)}`;
     },
     pick: (_, k) => { if (k < ruptures.length) pick(k); },
     key: steer,
@@ -275,8 +273,8 @@
       column("kind", "kind", (k) => ruptures[k][KIND], (k) => WORDS[ruptures[k][KIND]], false),
       column("onset", `onset (${timeUnit})`, onset, (k) => time(onset(k))),
       column("duration", isLong ? "duration (s)" : "duration (ms)", (k) => (ruptures[k][END] === null ? null : lasted(k)), (k) => (ruptures[k][END] === null ? null : digits(lasted(k), 4))),
-      column("blocks", placesTitle, blocks, (k) => (run.depth ? `${depth(ruptures[k][FIRST])}–${depth(ruptures[k][LAST])}` : `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`)),
-      column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => (run.depth ? depth(ruptures[k][NUCLEATION]) : String(ruptures[k][NUCLEATION]))),
+      column("blocks", placesTitle, blocks, (k) => `${at(ruptures[k][FIRST])}–${at(ruptures[k][LAST])}`),
+      column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => at(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
       column("front", "v/c", front, (k) => digits(front(k), 4)),
@@ -322,7 +320,7 @@
     choice.value = name;
     const count = ruptures.length + run.events.length;
     const panel = {
-      title: run.depth ? "depth (km)" : places().slice(0, -1), count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
+      title: run.place ? placesTitle : places().slice(0, -1), count, onset: new Float64Array(count), end: new Float64Array(count), first: new Int32Array(count),
       last: new Int32Array(count), look: new Uint8Array(count),
     };
     for (const [n, one] of [...ruptures, ...run.events].entries()) {
@@ -337,7 +335,7 @@
     if (plot) { plot.destroy(); plot = null; }
     map.show({
       front: (_, k) => (k < ruptures.length ? passed(k) : null),
-      name, unit: run.unit, depth: run.depth, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
+      name, unit: run.unit, place: run.place, down: run.down, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
       shown: (_, k) => (k < ruptures.length ? isShown(k) : withEvents.checked),
     });
     plotted();
@@ -349,7 +347,7 @@
     const kept = ruptures.length < run.total[0] ? `The page holds the ${ruptures.length} widest of the run's ${run.total[0]} ruptures. ` : "";
     const slips = run.events.length < run.total[1] ? `Of ${run.total[1]} slip events it holds the ${run.events.length} widest.` : "";
     const left = ruptures.filter((r) => !r[FRONT]).length, all = ruptures.length;
-    const fronts = left === 0 ? "" : left === all ? " The log does not say how fronts passed the blocks." : ` Of ${left} ruptures, which are narrower than others, the page does not hold how their fronts passed the blocks.`;
+    const fronts = left === 0 ? "" : left === all ? " The log does not say how fronts ran." : ` Of ${left} ruptures, which are narrower than others, the page does not hold how their fronts passed the blocks.`;
     byId("held").textContent = kept + slips + fronts;
     answers.innerHTML = byId(`run-${name}`).querySelector(".answers")?.outerHTML ?? "";
     byId("lacks").textContent = run.lacks ? `Not all of this run is there: ${run.lacks}` : "";

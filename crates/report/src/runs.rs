@@ -50,9 +50,12 @@ struct Known<'a> {
     /// What times are told in, if not in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<&'static str>,
-    /// On a fault line: depth of the first node, and from one to the next, km.
+    /// The place of the first block, and from one to the next: x, mm, or on a fault line depth, km.
     #[serde(skip_serializing_if = "Option::is_none")]
-    depth: Option<[f64; 2]>,
+    place: Option<[f64; 2]>,
+    /// Whether places are depths.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    down: bool,
     /// Length of a step, in that unit.
     dt: f64,
     /// The last step that went by: a run may stop before it was planned to, and a log break off.
@@ -97,6 +100,14 @@ fn are_lines(runs: &[Run]) -> bool {
     runs.iter().all(|run| run.scenario.slider.is_in_medium())
 }
 
+/// What tells where things are in these runs: a length, if it is one and the same, or words for numbered places.
+fn axis(runs: &[Run]) -> &'static str {
+    let mut axes: Vec<&str> =
+        runs.iter().map(|run| Places::of(run).map_or("sensors", |places| places.axis)).collect();
+    axes.dedup();
+    if let [axis] = axes[..] { axis } else { "blocks" }
+}
+
 /// The script element of one of the runs: attributes and content.
 pub(crate) fn data(run: &Run, all: &[Run]) -> (String, String) {
     let (unit_s, unit) = unit_of(all);
@@ -130,7 +141,8 @@ pub(crate) fn data(run: &Run, all: &[Run]) -> (String, String) {
         rows: contacts.is_area().then(|| contacts.rows()),
         sensors: run.header.parts().recording,
         unit: Some(unit).filter(|unit| *unit != "s"),
-        depth: Line::of(run).map(|line| [line.0[0], line.0[1]]).filter(|_| are_lines(all)),
+        place: Places::of(run).filter(|places| axis(all) == places.axis).map(|places| places.of),
+        down: are_lines(all),
         dt: run.header.time_step_s / unit_s,
         last: last_step(run),
         lacks: run.lacks.as_deref(),
@@ -164,21 +176,34 @@ fn last_step(run: &Run) -> u64 {
     ruptures.chain(events).fold(simulated.max(curve), u64::max)
 }
 
-/// A fault line: the depth of its first node, and from one to the next, km.
-pub(crate) struct Line([f64; 2]);
+/// Where the blocks of a simulated slider are.
+pub(crate) struct Places {
+    /// The place of the first, and from one to the next: x, mm, or depth, km.
+    of: [f64; 2],
+    /// What they are called, with the unit.
+    axis: &'static str,
+}
 
-impl Line {
-    /// Of a run, if it is of one.
-    pub(crate) fn of(run: &Run) -> Option<Line> {
-        let spacing_km = run.scenario.slider.spacing_m() / 1e3;
+impl Places {
+    /// Of a run, unless it is a recording, whose sensors have numbers.
+    pub(crate) fn of(run: &Run) -> Option<Places> {
+        let spacing_m = run.header.scales.block_length_m;
         let first = run.scenario.medium.first_node.cells();
-        run.scenario.slider.is_in_medium().then_some(Line([first * spacing_km, spacing_km]))
+        match run.scenario.slider.is_in_medium() {
+            _ if run.header.parts().recording => None,
+            true => Some(Places { of: [first * spacing_m / 1e3, spacing_m / 1e3], axis: "depth (km)" }),
+            false => Some(Places { of: [0.0, spacing_m * 1e3], axis: "x (mm)" }),
+        }
     }
 
-    /// The depth of a node, counted from 1, km.
-    pub(crate) fn km(&self, node: u32) -> String {
-        let Line([first_km, spacing_km]) = self;
-        number(round(first_km + f64::from(node - 1) * spacing_km, 6))
+    /// The place of a block, counted from 1.
+    pub(crate) fn at(&self, block: u32) -> String {
+        number(round(self.of[0] + f64::from(block - 1) * self.of[1], 6))
+    }
+
+    /// From one block to another, without the unit.
+    pub(crate) fn span(&self, first: u32, last: u32) -> String {
+        format!("{} to {}", self.at(first), self.at(last))
     }
 }
 
@@ -289,7 +314,10 @@ pub(crate) fn pair(runs: &[Run]) -> String {
          <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
          <div id=\"ruptures\" class=\"long needs-script\" data-places=\"{places}\"{unit}></div>\n\
          <div id=\"hover\" aria-hidden=\"true\"></div>\n",
-        places = if are_lines(runs) { "depth (km)".to_owned() } else { format!("{place}s") },
+        places = match axis(runs) {
+            "blocks" => format!("{place}s"),
+            axis => axis.to_owned(),
+        },
         unit = if unit_of(runs).1 == "s" { "" } else { " data-unit=\"years\"" },
         over_area = over_area::place_of_script(runs),
         ratio = lettered("F_T/F_N")
@@ -384,7 +412,7 @@ fn widest(run: &Run) -> String {
     }
     let c_m_per_s = run.summary.wave_speed_m_per_s;
     let (unit_s, unit) = unit_of_time(run.summary.simulated_s);
-    let line = Line::of(run);
+    let is_line = run.scenario.slider.is_in_medium();
     let over_c = |speed: Option<f64>| speed.zip(c_m_per_s).map(|(speed, c)| speed / c);
     let rows = widest.into_iter().map(|seen| {
         let rupture = &seen.rupture;
@@ -402,8 +430,8 @@ fn widest(run: &Run) -> String {
             } else {
                 Cell::rounded(Some(rupture.onset_s / unit_s), 8)
             },
-            Cell::text(match &line {
-                Some(line) => format!("{} to {}", line.km(rupture.first_block), line.km(rupture.last_block)),
+            Cell::text(match Places::of(run) {
+                Some(places) => places.span(rupture.first_block, rupture.last_block),
                 None => format!("{} to {}", rupture.first_block, rupture.last_block),
             }),
             Cell::estimate(Some(rupture.ft_fn_onset), rupture.ft_fn_error, 4),
@@ -412,20 +440,14 @@ fn widest(run: &Run) -> String {
                 false => Cell::rounded(drop.map(|drop| drop * 1e3), 3),
             },
             Cell::estimate(over_c(speed), over_c(error), SPEED_DIGITS),
-            Cell::rounded(rupture.mean_slip_m.map(|slip| slip * if line.is_some() { 1.0 } else { 1e6 }), 3),
+            Cell::rounded(rupture.mean_slip_m.map(|slip| slip * if is_line { 1.0 } else { 1e6 }), 3),
         ])
     });
     let [ratio, length] = ["#F_T/F_N", "#L_p/L"].map(lettered);
-    let parts = run.header.parts();
-    let (places, fifth) = match (parts.recording, parts.area) {
-        (true, _) => ("sensors", &*length),
-        (_, true) => ("columns", "#drop (10⁻³)"),
-        _ if line.is_some() => ("depth (km)", "#drop (10⁻³)"),
-        _ => ("blocks", "#drop (10⁻³)"),
-    };
+    let fifth = if run.header.parts().recording { &*length } else { "#drop (10⁻³)" };
     let (onset, slip) =
-        (format!("#onset ({unit})"), if line.is_some() { "#mean slip (m)" } else { "#mean slip (µm)" });
-    let headings = ["#rupture", "kind", &onset, places, &ratio, fifth, "#v/c", slip];
+        (format!("#onset ({unit})"), if is_line { "#mean slip (m)" } else { "#mean slip (µm)" });
+    let headings = ["#rupture", "kind", &onset, axis(std::slice::from_ref(run)), &ratio, fifth, "#v/c", slip];
     let caption = match run.collected.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),

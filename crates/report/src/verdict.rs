@@ -3,22 +3,22 @@
 use crate::html::markup::{counted, text};
 use crate::measured::{are_forces, fell};
 use crate::page_collector::CollectedRupture;
-use crate::runs::Line;
+use crate::runs::Places;
 use crate::study::Run;
 use crate::symbols::{rounded, time};
 
 /// The verdict on a run: four answers, each with its question; of forces alone how they fell.
 pub(crate) fn verdict(run: &Run) -> String {
     // No rupture reaches the end of a fault line, nor does it begin at a driven end.
-    let [first, second] = Line::of(run).map_or_else(
-        || [("first global slip", global_slip(run)), ("precursors", precursors(run))],
-        |line| [("first rupture", first_rupture(run, &line)), ("ruptures", widest(run, &line))],
-    );
+    let [first, second] = match Places::of(run).filter(|_| run.scenario.slider.is_in_medium()) {
+        None => [("first global slip", global_slip(run)), ("precursors", precursors(run))],
+        Some(places) => [("first rupture", first_rupture(run, &places)), ("ruptures", widest(run, &places))],
+    };
     let answers = [
         first,
         second,
         ("front speed", front_speed(run)),
-        if run.header.parts().recording { ("load drops", fell(run)) } else { ("parameter set", slider(run)) },
+        if run.header.parts().recording { ("load drops", fell(run)) } else { ("slider", slider(run)) },
     ];
     let lacked = if are_forces(std::slice::from_ref(run)) { 3 } else { 0 };
     let rows = answers.into_iter().skip(lacked).map(|(question, [short, more])| {
@@ -61,33 +61,38 @@ fn global_slip(run: &Run) -> [String; 2] {
     }
 }
 
-fn first_rupture(run: &Run, line: &Line) -> [String; 2] {
+fn first_rupture(run: &Run, places: &Places) -> [String; 2] {
     let simulated_s = run.summary.simulated_s;
     match run.collected.ruptures.first().map(|seen| &seen.rupture) {
         Some(first) => {
             let front = link(run, |seen| seen.rupture.rupture == first.rupture);
-            let at = format!("at a depth of {} km{front}", line.km(first.nucleation_block));
+            let at = format!("at a depth of {} km{front}", places.at(first.nucleation_block));
             [time(first.onset_s, simulated_s), at]
         }
         None => ["none".to_owned(), format!("in {}", time(simulated_s, simulated_s))],
     }
 }
 
-fn widest(run: &Run, line: &Line) -> [String; 2] {
+fn widest(run: &Run, places: &Places) -> [String; 2] {
     let Some(count) = run.summary.rupture_count else {
         return ["unknown".to_owned(), NO_RUPTURES.to_owned()];
     };
     let widest = run.collected.ruptures.iter().map(|seen| &seen.rupture).max_by_key(|one| one.slipped());
-    let reach = widest.map(|one| {
-        let [from, to] = [one.first_block, one.last_block].map(|node| line.km(node));
-        format!("the widest from {from} km to {to} km")
-    });
+    let reach =
+        widest.map(|one| format!("the widest from {} km", places.span(one.first_block, one.last_block)));
     [count.to_string(), reach.unwrap_or_default()]
 }
 
 fn precursors(run: &Run) -> [String; 2] {
     let summary = &run.summary;
     let Some(count) = summary.precursor_count else { return ["unknown".to_owned(), NO_RUPTURES.to_owned()] };
+    let first = run.collected.ruptures.iter().find(|seen| seen.is_precursor).map(|seen| {
+        let (rupture, at) = (&seen.rupture, time(seen.rupture.onset_s, summary.simulated_s));
+        let lasted =
+            rupture.end_s.map(|end_s| format!(" for {} ms", rounded((end_s - rupture.onset_s) * 1e3, 3)));
+        let lasted = lasted.unwrap_or_default();
+        format!("the first at {at}{lasted}, over {}; ", span(run, rupture.first_block, rupture.last_block))
+    });
     let longest = summary.longest_precursor_ratio.filter(|_| count > 0).map(|ratio| {
         let longest = run.collected.ruptures.iter().filter(|seen| seen.is_precursor);
         let blocks = longest.map(|seen| seen.rupture.last_block).max();
@@ -95,13 +100,18 @@ fn precursors(run: &Run) -> [String; 2] {
         format!("the longest L<sub>p</sub>/L = {}{front}", rounded(ratio, 3))
     });
     let creeps = match (summary.creeps, summary.creep_front_block) {
-        (Some(true), Some(block)) => {
-            let places = if run.header.parts().area { "columns" } else { "blocks" };
-            format!("; {places} 1 to {block} crept before")
-        }
+        (Some(true), Some(block)) => format!("; {} crept before", span(run, 1, block)),
         _ => String::new(),
     };
-    [count.to_string(), longest.unwrap_or_default() + &creeps]
+    [count.to_string(), first.unwrap_or_default() + &longest.unwrap_or_default() + &creeps]
+}
+
+/// From one block to another, in mm; of a recording from sensor to sensor.
+fn span(run: &Run, first: u32, last: u32) -> String {
+    Places::of(run).map_or_else(
+        || format!("sensors {first} to {last}"),
+        |places| format!("x = {} mm", places.span(first, last)),
+    )
 }
 
 fn front_speed(run: &Run) -> [String; 2] {
@@ -127,16 +137,13 @@ fn front_speed(run: &Run) -> [String; 2] {
 }
 
 fn slider(run: &Run) -> [String; 2] {
-    let c = run
-        .summary
-        .wave_speed_m_per_s
-        .map_or_else(String::new, |c| format!(", c = {} m/s", rounded(c, SPEED_DIGITS)));
-    let mass = rounded(run.scenario.slider.mass_kg, 6);
+    let c = run.summary.wave_speed_m_per_s;
+    let c = c.map_or_else(String::new, |c| format!("c = {} m/s; ", rounded(c, SPEED_DIGITS)));
     let blocks = counted(u64::from(run.summary.blocks), "block");
     if let Some(as_coded) = run.scenario.as_coded_in_words() {
         return [text(&as_coded), blocks];
     }
-    [text(&run.header.parameter_set), format!("{mass} kg{c}; {blocks}")]
+    [format!("{} kg", rounded(run.scenario.slider.mass_kg, 6)), format!("{c}{blocks}")]
 }
 
 /// A link to the front of the first rupture on the page that this is true of.

@@ -76,6 +76,8 @@ pub struct Pipeline {
     /// The runs that have names.
     #[serde(default)]
     pub(crate) run: Vec<RunSpec>,
+    /// The file of the figure that its page begins with; by default the first by its name.
+    pub main_figure: Option<String>,
     /// The figures, by kind.
     #[serde(default)]
     pub figure: Figures,

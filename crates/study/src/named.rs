@@ -127,8 +127,8 @@ impl Reproduction<'_> {
             return Err(StudyError::Stopped);
         }
         let summaries = reducing.reduction.finish(beside)?;
-        // Claims and figures use raw slip events.
-        let misled = summaries.iter().filter(|summary| summary.raw_events_mislead == Some(true));
+        // Claims and figures use slip events.
+        let misled = summaries.iter().filter(|summary| summary.events_mislead == Some(true));
         let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();
         if !names.is_empty() {
             watcher.note(&format!(

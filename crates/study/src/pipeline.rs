@@ -26,7 +26,7 @@ pub(crate) fn table_of(run: &str, what: &str) -> String {
 
 /// The name of the table of precursors beside a law.
 pub(crate) fn precursor_table(spec: &PrecursorSpec) -> String {
-    table_of(&spec.run, &format!("precursors-{}", spec.law.file_word()))
+    table_of(&spec.run, &format!("precursors-{}", spec.law.word()))
 }
 
 /// The name of a table of several.
@@ -104,6 +104,10 @@ impl Pipeline {
         }
         self.figure.check()?;
         let files: Vec<&str> = self.figure.files().chain(of_tables()).collect();
+        if let Some(file) = self.main_figure.as_ref().filter(|file| !files.contains(&file.as_str())) {
+            let meant = among(file, &files, "the files of the figures of this file");
+            return Err(format!("main_figure: there is no figure {file}{meant}"));
+        }
         for claim in &self.claim {
             if let Some(file) = claim.figures.iter().find(|file| !files.contains(&file.as_str())) {
                 let meant = among(file, &files, "the files of the figures of this file");
@@ -206,10 +210,9 @@ impl Pipeline {
             let runs = self.runs.iter().filter(|name| of.contains(&name.as_str())).cloned().collect();
             Figure { file: format!("figures/{file}"), title, caption, runs, picture: None }
         };
-        Contents {
-            title: self.title.clone(),
-            figures: self.figure.by_file().into_iter().map(shown).collect(),
-        }
+        let mut files: Vec<_> = self.figure.by_file().into_iter().collect();
+        files.sort_by_key(|(file, _)| self.main_figure.as_deref() != Some(*file));
+        Contents { title: self.title.clone(), figures: files.into_iter().map(shown).collect() }
     }
 
     /// Data that tables, figures, studies and claims read from a run.

@@ -1,7 +1,7 @@
 //! The refinement of a scenario: what its numbers are worth.
 //!
 //! The slider is simulated as given, on a finer mesh, with a shorter step, and on a coarser mesh, each three times, with
-//! moduli that differ by a kick too small to see. A chain keeps its decay length, a lattice the shape of its meshes.
+//! moduli that differ by a perturbation too small to see. A chain keeps its decay length, a lattice the shape of its meshes.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use asperity_figures::Figure;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::{ADVISED_SHARE, Scenario};
 use asperity_numbers::Convergence;
-use asperity_numbers::refined::{KICKS, Refined};
+use asperity_numbers::refined::{PERTURBED, Refined};
 use asperity_record::{Cell, Column, ColumnKind};
 use asperity_tables::{Table, table_files};
 use toml::Value;
@@ -23,14 +23,14 @@ use crate::work::Making;
 
 /// By how much the moduli of the three runs of a mesh differ, over the modulus: less than any number is known to, and far
 /// more than a rounding.
-const KICK: f64 = 1e-6;
+const PERTURBATION: f64 = 1e-6;
 
 const STIFFNESS_RATIO: &str = "friction.interfacial_stiffness_ratio";
 
 /// The keys that count nodes.
 const NODES: [&str; 3] = ["slider.blocks", "slider.across", "slider.rows"];
 
-/// The runs of a scenario's refinement, the variants each with its kicks, and their work over that of the scenario
+/// The runs of a scenario's refinement, the variants each with its perturbations, and their work over that of the scenario
 /// itself. A lattice that has no node halfway along a side gets no coarser mesh.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ pub fn study_of(scenario: &Scenario) -> Result<(Study, f64), String> {
         counts.chain([*step]).chain(decay_length_m).collect()
     };
     let rows: Vec<Vec<f64>> = variants.iter().map(row).collect();
-    let moduli_pa = [0.0, KICK, -KICK].map(|kick| slider.youngs_modulus_pa * (1.0 + kick));
+    let moduli_pa = [0.0, PERTURBATION, -PERTURBATION].map(|ratio| slider.youngs_modulus_pa * (1.0 + ratio));
     let title = Value::from(format!("Refinement of {}", scenario.name));
     let text = format!(
         "title = {title}\nscenario = 'default'\nkeep = []\n[[axis]]\nkeys = {keys:?}\nrows = {rows:?}\n\
@@ -84,7 +84,7 @@ pub fn study_of(scenario: &Scenario) -> Result<(Study, f64), String> {
         grid.scenario_toml = scenario.to_editable_toml();
     }
     study.figures.push(Figure::refinement());
-    let work_ratio = KICKS as f64 * variants.iter().map(work).sum::<f64>() / work(&variants[0]);
+    let work_ratio = PERTURBED as f64 * variants.iter().map(work).sum::<f64>() / work(&variants[0]);
     Ok((study, work_ratio))
 }
 
@@ -148,7 +148,10 @@ pub fn table(refined: &[Refined]) -> Table {
             (number("shorter_step", "Median of its values with the shorter step."), &median(2)),
             (ratio("mesh_change_ratio", "Its change on the finer mesh, over the larger value."), &change(0)),
             (ratio("step_change_ratio", "Its change with the shorter step, likewise."), &change(1)),
-            (ratio("kick_change_ratio", "Largest change between runs that differ by a kick."), &change(2)),
+            (
+                ratio("perturbation_change_ratio", "Largest change between runs with perturbed moduli."),
+                &change(2),
+            ),
             (word("found", "Its class as found; empty if not all runs have it."), &found),
             (word("stated", "Its class as the program states it."), &stated),
         ],

@@ -266,14 +266,14 @@ mod tests {
 
     const TEXT: &str = r#"
 title = "t"
-first_global_slips = ["base", "kicked-*"]
+first_global_slips = ["base", "perturbed-*"]
 
 [[run]]
 name = "base"
 scenario = "default"
 
 [[run]]
-name = "kicked"
+name = "perturbed"
 scenario = "default"
 set = ["time.step_s=1e-7"]
 keys = ["initial_velocity.amplitude_m_per_s"]
@@ -282,7 +282,7 @@ values = [1e-9, 2e-9]
 [[study]]
 name = "s"
 parameter = "initial_velocity.amplitude_m_per_s"
-runs = ["base", "kicked-*"]
+runs = ["base", "perturbed-*"]
 measures = ["precursor_event_count"]
 
 [[figure.study]]
@@ -292,16 +292,16 @@ parameter_label = "Δt (s)"
 logarithmic = true
 measure = "first_global_event_onset_s"
 measure_label = "t of first global slip (s)"
-panel = [{ label = "p", stated = 1.0, series = [{ label = "a", runs = ["base", "kicked-*"] }] }]
+panel = [{ label = "p", stated = 1.0, series = [{ label = "a", runs = ["base", "perturbed-*"] }] }]
 
 [[claim]]
 about = "a"
 quote = "q"
 run = "base"
-spread = ["kicked-*"]
+spread = ["perturbed-*"]
 measure = "precursor_event_count"
 stated = "58"
-as_stated = { run = "base", spread = ["kicked-*", "base"] }
+as_stated = { run = "base", spread = ["perturbed-*", "base"] }
 "#;
 
     #[test]
@@ -314,16 +314,19 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         };
         assert_eq!(
             runs,
-            [("base", &[][..]), ("kicked-1", &set("0.000000001")), ("kicked-2", &set("0.000000002"))]
+            [("base", &[][..]), ("perturbed-1", &set("0.000000001")), ("perturbed-2", &set("0.000000002"))]
         );
         let pipeline = Pipeline::parse(TEXT).unwrap();
-        let all = ["base", "kicked-1", "kicked-2"];
+        let all = ["base", "perturbed-1", "perturbed-2"];
         assert_eq!(pipeline.runs, all);
         assert_eq!(pipeline.first_global_slips, all);
         assert_eq!(pipeline.study[0].runs, all);
         assert_eq!(pipeline.figure.runs().collect::<Vec<_>>(), all);
         assert_eq!(pipeline.claim[0].spread, all[1..]);
-        assert_eq!(pipeline.claim[0].as_stated.as_ref().unwrap().spread, ["kicked-1", "kicked-2", "base"]);
+        assert_eq!(
+            pipeline.claim[0].as_stated.as_ref().unwrap().spread,
+            ["perturbed-1", "perturbed-2", "base"]
+        );
     }
 
     #[test]
@@ -341,7 +344,7 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
     #[test]
     fn a_row_of_values_names_its_run_and_sets_each_key() {
         let rows = "keys = [\"time.duration_s\", \"friction.law\"]\nvalues = [[\"a-1\", 0.5, \"rigid\"], [2, 1, \"rigid\"]]";
-        let text = TEXT.replace("name = \"kicked\"", "name = \"k{}\"").replace("kicked-*", "k*");
+        let text = TEXT.replace("name = \"perturbed\"", "name = \"k{}\"").replace("perturbed-*", "k*");
         let text =
             text.replace("keys = [\"initial_velocity.amplitude_m_per_s\"]\nvalues = [1e-9, 2e-9]", rows);
         let file = Pipeline::unchecked(&text).unwrap();
@@ -354,12 +357,12 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
     #[test]
     fn a_table_is_written_once_for_each_of_its_members() {
         let each = |members: &str| TEXT.replace("about = \"a\"", &format!("each = {members}"));
-        let text = each("[{ about = \"a\" }, { about = \"b\", run = \"kicked-2\", stated = \"3\" }]");
+        let text = each("[{ about = \"a\" }, { about = \"b\", run = \"perturbed-2\", stated = \"3\" }]");
         let claims = Pipeline::parse(&text).unwrap().claim;
         let of = |n: usize| {
             (claims[n].about.as_str(), claims[n].run.as_str(), claims[n].stated.as_deref().unwrap())
         };
-        assert_eq!((claims.len(), of(0), of(1)), (2, ("a", "base", "58"), ("b", "kicked-2", "3")));
+        assert_eq!((claims.len(), of(0), of(1)), (2, ("a", "base", "58"), ("b", "perturbed-2", "3")));
         for (members, problem) in [
             ("3", "line 32, column 8: each: it is no list (accepted: a list of tables)"),
             ("[3]", "line 32, column 8: each: a member is no table (accepted: a list of tables)"),
@@ -389,11 +392,11 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         let text = TEXT.replace("title = \"t\"", "title = \"t\"\nset = [\"parameter_set=as-coded\"]");
         let file = Pipeline::unchecked(&text).unwrap();
         let sets: Vec<&[String]> = file.run.iter().map(|run| run.set.as_slice()).collect();
-        let kick = |value: &str| format!("initial_velocity.amplitude_m_per_s={value}");
+        let speed = |value: &str| format!("initial_velocity.amplitude_m_per_s={value}");
         let of_study = "parameter_set=as-coded".to_owned();
         let step = "time.step_s=1e-7".to_owned();
         assert_eq!(sets[0], std::slice::from_ref(&of_study));
-        assert_eq!(sets[2], [of_study, step, kick("0.000000002")]);
+        assert_eq!(sets[2], [of_study, step, speed("0.000000002")]);
     }
 
     #[test]
@@ -401,24 +404,24 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         let refused = |old: &str, new: &str| Pipeline::parse(&TEXT.replace(old, new)).unwrap_err();
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = []"),
-            "run kicked: 0 values are not accepted (accepted: 1 to 1000)"
+            "run perturbed: 0 values are not accepted (accepted: 1 to 1000)"
         );
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = [1e-9, [1, 2]]"),
-            "run kicked: values = [1, 2]: 2 values (accepted: 1, one for each of keys)"
+            "run perturbed: values = [1, 2]: 2 values (accepted: 1, one for each of keys)"
         );
         assert_eq!(
-            refused("name = \"kicked\"", "name = \"kicked-{}\""),
-            "run kicked-{}: values = 0.000000001: 1 value (accepted: 2, what stands for {} in its name and one for \
+            refused("name = \"perturbed\"", "name = \"perturbed-{}\""),
+            "run perturbed-{}: values = 0.000000001: 1 value (accepted: 2, what stands for {} in its name and one for \
              each of keys)"
         );
         assert_eq!(
-            refused("name = \"base\"", "name = \"kicked-2\""),
-            "two runs are called kicked-2 (accepted: a name of its own for each)"
+            refused("name = \"base\"", "name = \"perturbed-2\""),
+            "two runs are called perturbed-2 (accepted: a name of its own for each)"
         );
         assert_eq!(
-            refused("spread = [\"kicked-*\"]", "spread = [\"kicker-*\"]"),
-            "no run is called kicker-* (accepted: names of [[run]], with * for any letters)"
+            refused("spread = [\"perturbed-*\"]", "spread = [\"perturbing-*\"]"),
+            "no run is called perturbing-* (accepted: names of [[run]], with * for any letters)"
         );
         // Short texts that ask for much: long overrides of each of a thousand, long lists of them.
         let many = format!("values = [{}]", "1,".repeat(1000));
@@ -429,9 +432,9 @@ as_stated = { run = "base", spread = ["kicked-*", "base"] }
         assert_eq!(Pipeline::parse(&text.replace("set = [\"time.step_s=1e-7\"]", &long)).unwrap_err(), told);
         let top = format!("title = \"t\"\nset = [\"{}\"]", "a".repeat(20_000));
         assert_eq!(Pipeline::parse(&text.replace("title = \"t\"", &top)).unwrap_err(), told);
-        let lists = format!("runs = [{}]", "\"kicked-*\",".repeat(2000));
+        let lists = format!("runs = [{}]", "\"perturbed-*\",".repeat(2000));
         assert_eq!(
-            Pipeline::parse(&text.replace("runs = [\"base\", \"kicked-*\"]", &lists)).unwrap_err(),
+            Pipeline::parse(&text.replace("runs = [\"base\", \"perturbed-*\"]", &lists)).unwrap_err(),
             told
         );
     }

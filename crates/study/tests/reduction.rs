@@ -23,7 +23,7 @@ scenario = "default"
 
 [[precursors]]
 run = "complete"
-law = "eq-5.22"
+law = "tilted"
 
 [[study]]
 name = "counts"

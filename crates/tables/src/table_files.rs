@@ -147,7 +147,7 @@ impl<'r> PassingTable<'r> {
         PassingTable::begin(begun, step_columns(parts), Box::new(move |record, _| row(record?)))
     }
 
-    /// The raw event table of a run with these parts, one row per slip event: the columns of [`SlipEvent`] that the run
+    /// The table of slip events of a run with these parts, one row per slip event: the columns of [`SlipEvent`] that the run
     /// has, of which a test pins the first seven.
     pub fn events(begun: Begun<'_>, run: Parts) -> PassingTable<'r> {
         let kind = EventKind::of::<SlipEvent>().with(run);
@@ -161,7 +161,7 @@ impl<'r> PassingTable<'r> {
     /// summary.
     pub fn ruptures(begun: Begun<'_>, run: &'r RunData) -> PassingTable<'r> {
         let kind = EventKind::of::<Rupture>().with(run.header.parts());
-        let of_run = [run.summary.creeps, run.summary.raw_events_mislead].map(CellValue::cell);
+        let of_run = [run.summary.creeps, run.summary.events_mislead].map(CellValue::cell);
         let row = move |rupture: &Rupture| {
             let event = run.slip_steps.event_at(rupture.onset_step).map(|(event, _)| event).cell();
             [kind.cells_of(rupture), vec![event], of_run.to_vec()].concat()

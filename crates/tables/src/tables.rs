@@ -36,7 +36,8 @@ pub const PARAMETER_SET: Column = word("parameter_set", "The parameter set of th
 const AP_A: Column = ratio("ap_a", "A_p, the share of all contacts that slid.").only(Part::Area);
 const LP_L: Column = ratio("lp_l", "L_p/L (5.17).");
 const FT_FN: Column = number("ft_fn", "F_T/F_N at the onset.");
-const LAW: Column = word("law", "The law it is compared with; none but for chains.");
+const LAW: Column =
+    word("law", "The law it is compared with: linear (5.57), tilted (5.22) ...; none but for chains.");
 const FT_FN_LAW: Column = number("ft_fn_law", "F_T/F_N by that law.");
 const RESIDUAL: Column = ratio("residual", "`ft_fn` minus `ft_fn_law`.");
 const RUPTURE: Column = step("rupture", "Number of the rupture.");
@@ -45,7 +46,7 @@ const END: Column = number("end_s", "When it ends; nothing if the run ended befo
 const LAST_BLOCK: Column = count("last_block", "Farthest block, over an area column, reached.");
 const CREEPS: Column = flag("creeps", "Whether the slider creeps; the same in every row of a run.");
 const MISLEAD: Column =
-    flag("raw_events_mislead", "Whether raw slip events mislead; the same in every row of a run.");
+    flag("events_mislead", "Whether slip events mislead; the same in every row of a run.");
 const MIN_BLOCKS: Column = count("min_blocks", "Shortest precursors that count, a rule of the table.");
 const MERGE_GAP: Column = number("merge_gap_s", "Slip events this close are merged, a rule of the table.");
 
@@ -100,7 +101,7 @@ fn of_precursor_ruptures<'a>() -> [ColumnOf<'a, RuptureRow<'a>>; 16] {
             row.0.slip_steps.event_at(row.1.onset_step).map(|(event, _)| event).cell()
         }),
         (CREEPS, &|row| row.0.summary.creeps.cell()),
-        (MISLEAD, &|row| row.0.summary.raw_events_mislead.cell()),
+        (MISLEAD, &|row| row.0.summary.events_mislead.cell()),
         (MIN_BLOCKS, &|row| row.4.cell()),
     ]
 }
@@ -179,7 +180,7 @@ fn beside_law(run: &RunData, value: f64) -> Cell {
 
 /// The name of a law beside precursors that it is compared with.
 fn word_of(run: &RunData, law: LengthLaw) -> Cell {
-    LengthLaw::are_known(&run.scenario).then(|| law.table_word()).map_or(Cell::Empty, |law| Cell::word(&law))
+    LengthLaw::are_known(&run.scenario).then(|| law.word()).map_or(Cell::Empty, Cell::word)
 }
 
 /// How well the precursors of a run follow a length law: a row, to be joined with those of other runs.

@@ -15,7 +15,7 @@ use crate::report::{Class, Counts, Finding, NumberChange, PairedBy, Report, RunD
 /// Rows of each table on a terminal, so that all of them fit on a screen of 40 lines.
 const SETTINGS: usize = 4;
 /// Warnings shown if they apply to a run: its slip events then carry little information.
-const WARNINGS: [&str; 2] = ["creeps", "raw_events_mislead"];
+const WARNINGS: [&str; 2] = ["creeps", "events_mislead"];
 
 /// The keys that were set differently.
 pub(super) fn settings(report: &Report) -> Vec<Block> {

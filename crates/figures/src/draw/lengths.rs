@@ -117,7 +117,7 @@ impl Figure for Lengths {
             return Err(format!(
                 "law = {} has no line: {} is that of a chain, and no run is of one (accepted: no law, or a run of a \
                  chain)",
-                law.file_word(),
+                law.word(),
                 law.label()
             ));
         }
@@ -224,11 +224,11 @@ mod tests {
         let slab = "file = 'f.png'\nof = 'slip-events'\nseries = [{ run = 'slab', label = 'a slab' }";
         let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
         assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
-        assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);
+        assert_eq!(lines(&format!("law = 'linear'\n{both}")).unwrap(), ["a chain"]);
         let creeping = both.replace("'slab'", "'creeping'");
-        assert_eq!(lines(&format!("law = 'eq-5.57'\n{creeping}")).unwrap(), ["a chain"]);
+        assert_eq!(lines(&format!("law = 'linear'\n{creeping}")).unwrap(), ["a chain"]);
         assert_eq!(lines(&format!("{slab}]")).unwrap(), Vec::<String>::new());
-        let refused = lines(&format!("law = 'eq-5.57'\n{slab}]")).unwrap_err();
-        assert!(refused.contains("law = eq-5.57") && refused.contains("(accepted: no law, or"), "{refused}");
+        let refused = lines(&format!("law = 'linear'\n{slab}]")).unwrap_err();
+        assert!(refused.contains("law = linear") && refused.contains("(accepted: no law, or"), "{refused}");
     }
 }

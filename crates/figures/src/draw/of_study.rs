@@ -105,7 +105,9 @@ fn what(gathered: &Gathered) -> String {
         }
         Kind::Family { .. } => format!("Curves of a number of runs{}", worth(Some(&gathered.figure.y))),
         Kind::Lengths { .. } => "Lengths of precursors, and the load at which each begins".to_owned(),
-        Kind::Refinement => "What numbers are worth: how they change with mesh, step and kicks".to_owned(),
+        Kind::Refinement => {
+            "What numbers are worth: how they change with mesh, step and perturbed moduli".to_owned()
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! A run on one page.
 
+use asperity_model::scenario::keys::AS_CODED;
 use asperity_numbers::curve_list::levels;
 use asperity_numbers::distributions::{SizeLaw, TimeLaw};
 use asperity_numbers::required_data::RequiredData;
@@ -28,7 +29,8 @@ impl Figure for Overview {
             rows => format!("{} × {rows}", contacts.columns()),
         };
         let step = number(header.time_step_s);
-        let title = format!("{}, {}, N = {count}, Δt = {step} s", header.scenario, header.parameter_set);
+        let set = if header.parameter_set == AS_CODED { "as-coded, " } else { "" };
+        let title = format!("{}, {set}N = {count}, Δt = {step} s", header.scenario);
         let sizes = sizes::distribution(run, Pen::nth(0, "ruptures"), 1, SizeLaw::PowerLaw)?;
         let global_slips = Pen::nth(0, "global slips");
         let recurrence = recurrence::distribution(run, global_slips, None, TimeLaw::Weibull)?;

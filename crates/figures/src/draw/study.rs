@@ -1,4 +1,4 @@
-//! One number per run against a parameter that the runs differ in; for several cases beside what the source states of
+//! One number per run against a parameter that the runs differ in; for several cases beside what the thesis states of
 //! each: how far such a number is an outcome of the parameters, and how far it is one draw among many.
 
 use asperity_numbers::Number;
@@ -52,7 +52,7 @@ keys! {
 struct Case {
     /// Title above the panel.
     label: String,
-    /// The number that the source gives, as on the axis: a dashed line.
+    /// The number that the thesis gives, as on the axis: a dashed line.
     stated: f64,
     /// Its runs, in one or several series.
     series: Vec<Group>,
@@ -62,7 +62,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// A panel: its title, the number that the source gives, and the runs.
+/// A panel: its title, the number that the thesis gives, and the runs.
 type Shown<'a> = (&'a str, Option<f64>, &'a [Group]);
 
 impl StudyFigure {

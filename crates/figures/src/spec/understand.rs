@@ -348,7 +348,7 @@ mod tests {
         y = 'first_global_rupture_ft_fn'\ncolour = 'normal_load.tilt'\nat = ['drive.kind=side']\n\
         over = ['friction.seed']\ntheory = true\n";
     const LENGTHS: &str = "[[family]]\nfile = 'lengths.png'\nx = 'ft_fn_onset'\n\
-        y = 'length_ratio'\nlaw = 'eq-5.22'\ncolour = 'normal_load.tilt'\n\
+        y = 'length_ratio'\nlaw = 'tilted'\ncolour = 'normal_load.tilt'\n\
         facet = 'friction.interfacial_stiffness_ratio'\nat = ['drive.kind=top', 'friction.seed=2']\n";
 
     #[test]

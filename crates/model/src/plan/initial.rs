@@ -152,15 +152,15 @@ pub(crate) fn states_at_start(scenario: &Scenario, law: &RateAndState) -> Vec<f6
 ///
 /// Loaded, every block moves at its given `V(0)` or at `V = V_l e^x`, and springs and drive balance the friction at that
 /// velocity, the damping `E V` and the dashpots: `M u = tau_p + D V - F - E V`, with `M` the stiffness of chain and
-/// drive. The kick `x` must be in `u`: one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are
+/// drive. The perturbation `x` must be in `u`: one of the velocity alone dies within `m V / (a p)` seconds. Otherwise blocks are
 /// at rest with relaxed springs.
 pub(crate) fn start_in_state(plan: &mut Plan, scenario: &Scenario, law: &RateAndState, start_n: &[f64]) {
     plan.initial.friction_state = states_at_start(scenario, law);
     let is_loaded = scenario.time.start == Start::Loaded;
     let Some(chain) = plan.elastic.as_chain().filter(|_| is_loaded) else { return };
-    let kicked_m_per_s = plan.drive.velocity_m_per_s * libm::exp(law.initial_kick);
+    let perturbed_m_per_s = plan.drive.velocity_m_per_s * libm::exp(law.initial_kick);
     let velocity = |n: usize| match scenario.friction.velocity_at_start_m_per_s(n) {
-        0.0 => kicked_m_per_s,
+        0.0 => perturbed_m_per_s,
         given_m_per_s => given_m_per_s,
     };
     let velocity_m_per_s: Vec<f64> = (0..plan.blocks).map(velocity).collect();

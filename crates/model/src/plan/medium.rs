@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_start_is_in_balance_at_the_kicked_velocity() {
+    fn a_steady_start_is_in_balance_at_the_perturbed_velocity() {
         let sets = [
             "time.start=steady",
             "medium.initial_theta_ratio=0.99",

@@ -323,20 +323,6 @@ mod tests {
     }
 
     #[test]
-    fn a_text_relies_on_the_default_set_unless_it_names_one_or_needs_none() {
-        for (text, relies) in [
-            ("slider.blocks = 20", true),
-            ("slider.mass_kg = 1", true),
-            ("slider.mass_kg = 1\nslider.relative_damping = 0", false),
-            ("parameter_set = \"as-stated\"", false),
-        ] {
-            assert_eq!(ScenarioSource::new("mine.toml", text).relies_on_default_set(), relies, "{text}");
-        }
-        let named = ScenarioSource::new("mine.toml", "").with_override("parameter_set=as-coded");
-        assert!(!named.relies_on_default_set());
-    }
-
-    #[test]
     fn errors_name_place_key_value_and_range() {
         for (text, expected) in [
             (

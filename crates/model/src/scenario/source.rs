@@ -16,7 +16,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use crate::scenario::files::Files;
 use crate::scenario::key::any_number;
-use crate::scenario::keys::{self, KEYS, WINDOW};
+use crate::scenario::keys::{self, WINDOW};
 use crate::scenario::stand_ins;
 use crate::scenario::text::Lines;
 
@@ -56,14 +56,6 @@ impl ScenarioSource {
     /// is opened.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         ScenarioSource { layers: vec![Layer::parsed(&origin.into(), &text.into(), LayerKind::Log)] }
-    }
-
-    /// Whether no layer names `parameter_set` although mass or damping follow from it.
-    pub fn relies_on_default_set(&self) -> bool {
-        let mut by_set = KEYS.iter().filter(|key| key.follows_set());
-        self.entries().is_ok_and(|Entries { values, .. }| {
-            !values.contains_key("parameter_set") && by_set.any(|key| !values.contains_key(key.path))
-        })
     }
 
     /// The `parameter_set` that a layer names, as written.

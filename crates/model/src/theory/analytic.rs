@@ -14,14 +14,14 @@ use crate::scenario::choices::DriveKind;
 /// The prediction of `F_T / F_N` at a precursor length that a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub enum LengthLaw {
-    /// (5.22), for a tilted load.
-    #[serde(rename = "eq-5.22")]
+    /// (5.22) of the thesis, for a tilted load.
+    #[serde(rename = "tilted")]
     Tilted,
     /// (5.52), for an initial shear profile.
-    #[serde(rename = "eq-5.52")]
+    #[serde(rename = "initial-shear")]
     InitialShear,
     /// (5.57), the straight line.
-    #[serde(rename = "eq-5.57")]
+    #[serde(rename = "linear")]
     Linear,
     /// The balance of a front under any drive, [`balance_load_ratio`]; not an equation of the
     /// thesis.
@@ -74,18 +74,12 @@ impl LengthLaw {
         plan.prestress_n.iter().zip(taken_n).all(|(given_n, taken_n)| *given_n <= 0.0 || given_n < taken_n)
     }
 
-    /// The name in tables: the number of the equation in brackets, or the name of a law without one.
-    pub fn table_word(self) -> String {
-        let word = self.file_word();
-        word.strip_prefix("eq-").map_or_else(|| word.to_owned(), |equation| format!("({equation})"))
-    }
-
-    /// The name in file names.
-    pub fn file_word(self) -> &'static str {
+    /// Its name in pipelines, tables and file names.
+    pub fn word(self) -> &'static str {
         match self {
-            LengthLaw::Tilted => "eq-5.22",
-            LengthLaw::InitialShear => "eq-5.52",
-            LengthLaw::Linear => "eq-5.57",
+            LengthLaw::Tilted => "tilted",
+            LengthLaw::InitialShear => "initial-shear",
+            LengthLaw::Linear => "linear",
             LengthLaw::Balance => "balance",
             LengthLaw::Screened => "screened",
         }
@@ -371,7 +365,7 @@ pub fn affected_blocks(stiffness_ratio: f64, threshold: f64) -> u32 {
     blocks
 }
 
-/// Velocity of one mode of the free chain after a unit kick at `t = 0`, from the
+/// Velocity of one mode of the free chain after a unit impulse at `t = 0`, from the
 /// roots (5.28) of `m z^2 + eta s z + k s = 0` with `s = 4 sin^2(kappa a / 2)`.
 ///
 /// `relative_damping` is `eta / sqrt(k m)` and `phase` is `t sqrt(k / m)`.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use asperity_model::scenario::keys::AS_CODED;
 use asperity_record::RunHeader;
 
 use super::{ClaimSpec, Kind, Speaker, Verdict};
@@ -15,8 +16,10 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
         values.into_iter().collect::<Vec<_>>().join(", ")
     };
     let mut page = format!(
-        "# {title}: claims\n\nParameter set {}; dt = {} s; solver {}; code version {}.\n\n",
-        distinct(&|run| run.parameter_set.clone()),
+        "# {title}: claims\n\n{}dt = {} s; solver {}; code version {}.\n\n",
+        Some(distinct(&|run| run.parameter_set.clone()))
+            .filter(|sets| sets.contains(AS_CODED))
+            .map_or_else(String::new, |sets| format!("Parameter set {sets}; ")),
         distinct(&|run| format!("{:e}", run.time_step_s)),
         distinct(&|run| run.solver.clone()),
         distinct(&|run| run.code_version.clone()),
@@ -35,7 +38,7 @@ pub fn markdown(title: &str, specs: &[ClaimSpec], claims: &[Claim], runs: &[&Run
     let (heading, line) = if has_second {
         page.push_str(
             "The column \"as-stated\" holds the same claim against runs with that parameter set, the values of \
-             the source's text; the columns before it are of the run named.\n",
+             the thesis' text; the columns before it are of the run named.\n",
         );
         (" as-stated |", "---|")
     } else {

@@ -8,7 +8,8 @@ asperity.map = (canvas, options) => {
   const FONT = "system-ui, 'Segoe UI', 'Noto Sans', 'DejaVu Sans', sans-serif";
   const hover = document.getElementById("hover");
   // What is shown: {panels: [{title, count, onset, end, first, last, look}], blocks, from_s, to_s}, each column an array,
-  // with times in years if `unit` says so, and downwards if `depth` has that of the first block and from one to the next, km;
+  // with times in years if `unit` says so; `place` has that of the first block and from one to the next, else blocks are
+  // numbered, and they go downwards if `down`;
   // shown(panel, k) says of each whether it is, and front(panel, k), where there is one, how it passed the blocks:
   // [edges, arrivals, stops], of one block after the other, with one edge more. Marked are [panel, k].
   let what = null, from = 0, to = 1, boxes = [], marked = [];
@@ -123,7 +124,7 @@ asperity.map = (canvas, options) => {
     return {
       width, height, heading, lines, left: LEFT, right: RIGHT, across, panel, tops, foot: tops[count - 1] + panel, from, to,
       x: (t) => LEFT + (t - from) / (to - from) * across,
-      y: (n, block) => tops[n] + (what.depth ? block * rowHeight : panel - block * rowHeight),
+      y: (n, block) => tops[n] + (what.down ? block * rowHeight : panel - block * rowHeight),
     };
   }
   // Top and height of what is on blocks next to each other, no lower than it can be seen.
@@ -189,9 +190,9 @@ asperity.map = (canvas, options) => {
       const labels = [1];
       for (let block = step; block < what.blocks; block += step) if (block > step / 2) labels.push(block);
       if (what.blocks - labels[labels.length - 1] > step / 2) labels.push(what.blocks);
-      if (what.depth) {
-        const [first, spacing] = what.depth, deepest = first + spacing * (what.blocks - 1), by = stepOf(deepest, 5);
-        for (let k = Math.ceil(first / by); k * by <= deepest; k++) pen.fillText(String(Number((k * by).toPrecision(6))), left - 8, y(top, (k * by - first) / spacing + .5) + 4);
+      if (what.place) {
+        const [first, spacing] = what.place, last = first + spacing * (what.blocks - 1), by = stepOf(last || spacing, 5);
+        for (let k = Math.ceil(first / by); k * by <= last; k++) pen.fillText(String(Number((k * by).toPrecision(6))), left - 8, y(top, (k * by - first) / spacing + .5) + 4);
       } else for (const block of labels) pen.fillText(String(block), left - 8, y(top, block - .5) + 4);
       pen.save();
       pen.translate(16, tops[top] + panel / 2);

@@ -30,15 +30,15 @@ pub(super) fn sheet(figure: &Figure, runs: &[Vec<Option<f64>>]) -> Sheet {
     let all = Refined::all(runs);
     let sample = |(label, marker): (&str, Marker)| Layer::marks(label, Vec::new(), marker, INK);
     let mut layers = CHANGES.map(sample).to_vec();
-    layers.push(Layer::surface("kicks", Vec::new(), BAR, INK));
+    layers.push(Layer::surface("perturbed moduli", Vec::new(), BAR, INK));
     // From the bottom to the top.
     let mut names = Vec::new();
     for ((class, word, mark, _), colour) in Convergence::ALL.into_iter().zip(COLOURS).rev() {
         let before = names.len();
         for one in all.iter().rev().filter(|one| one.found() == Some(class)) {
-            let ([mesh, step, kicks], y) = (one.changes.unwrap_or_default(), names.len() as f64);
+            let ([mesh, step, perturbed], y) = (one.changes.unwrap_or_default(), names.len() as f64);
             let shown = |change: f64| (100.0 * change).max(LEAST);
-            let (low, high, to) = (y - BAR, y + BAR, shown(kicks));
+            let (low, high, to) = (y - BAR, y + BAR, shown(perturbed));
             let bar = vec![(ENDS.0, low), (to, low), (to, high), (ENDS.0, high)];
             layers.push(Layer::surface("", bar, BAR, colour));
             let changes = [one.coarser_change(), Some(step), Some(mesh)].into_iter().zip(CHANGES);
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_number_stands_in_its_class_with_its_changes() {
-        // As given, on the finer mesh, with the shorter step, and on the coarser mesh, each with two kicks.
+        // As given, on the finer mesh, with the shorter step, and on the coarser mesh, each with two perturbations.
         let of = |name: &str| match name {
             "largest_ft_fn" => [1.0; 12],
             "precursor_count" => [40.0, 44.0, 42.0, 50.0, 54.0, 52.0, 40.0, 42.0, 41.0, 20.0, 20.0, 20.0],

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use asperity_model::scenario::keys::AS_CODED;
 use asperity_record::RunHeader;
 
 use crate::draw::Caption;
@@ -107,9 +108,10 @@ impl About {
         };
         let codes = values(CODE_VERSION).into_iter().map(|version| version.get(..SHORT).unwrap_or(version));
         let codes: BTreeSet<&str> = codes.collect();
+        let sets = Some(values(PARAMETER_SET)).filter(|sets| sets.contains(&AS_CODED)).unwrap_or_default();
         let said = [
             ("", scenarios, ""),
-            ("", values(PARAMETER_SET).join(", "), ""),
+            ("", sets.join(", "), ""),
             ("Δt = ", steps, " s"),
             ("", values(VARIES).join(", "), " varied"),
             ("code ", codes.into_iter().collect::<Vec<_>>().join(", "), ""),
@@ -146,8 +148,8 @@ mod tests {
 
     #[test]
     fn what_varies_has_no_one_value() {
-        let origins = Origins::of("default", "as-coded", 1e-8, "a").varying(["time.step_s"]);
+        let origins = Origins::of("default", "as-stated", 1e-8, "a").varying(["time.step_s"]);
         let about = About { origins, provenance: true, ..About::default() };
-        assert_eq!(about.foot().unwrap(), "default · as-coded · time.step\\_s varied · code a");
+        assert_eq!(about.foot().unwrap(), "default · time.step\\_s varied · code a");
     }
 }

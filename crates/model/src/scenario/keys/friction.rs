@@ -15,8 +15,8 @@ use crate::scenario::keys::List;
 
 /// Most junctions of a contact.
 const MOST_JUNCTIONS: u64 = 10_000;
-/// Largest kick of a start, `ln(V / V_l)`: from nanometres to kilometres per second.
-const MOST_KICK: f64 = 30.0;
+/// Largest perturbation of a start, `ln(V / V_l)`: from nanometres to kilometres per second.
+const MOST_PERTURBATION: f64 = 30.0;
 /// Largest friction while a contact weakens, above sliding friction, over that at which it detaches.
 const MOST_SHARE: f64 = 10.0;
 
@@ -92,8 +92,8 @@ section! {
         /// slider.mass_kg sets only the link time of ruptures and the wave speed that front speeds are compared with.
         inertia: bool = true; Flag;
         /// Of rate-and-state with time.start = "loaded": blocks begin at the velocity V e^x in the state of steady
-        /// sliding at V, the velocity of the drive, with springs that balance the friction of this start.
-        initial_kick: f64 = 0.01; Number(Included(-MOST_KICK), Included(MOST_KICK)), "x";
+        /// sliding at V, the velocity of the drive, perturbed by x, with springs that balance the friction of this start.
+        initial_kick: f64 = 0.01; Number(Included(-MOST_PERTURBATION), Included(MOST_PERTURBATION)), "x";
         /// Of rate-and-state with time.start = "loaded": the velocity at which all blocks begin instead; 0 for V e^x.
         /// With it the drive may begin at rest.
         initial_velocity_m_per_s: f64 = 0.0; NOT_NEGATIVE, "V(0)";

@@ -1,4 +1,4 @@
-//! Raw slip events, and whether they misrepresent the ruptures.
+//! Slip events, and whether they misrepresent the ruptures.
 
 use std::sync::Arc;
 
@@ -7,18 +7,18 @@ use asperity_record::{Rupture, SlipEvent};
 use crate::rupture_numbers::{WIDE_BLOCKS, crossing_s};
 use crate::slip_steps::SlipSteps;
 
-/// Ratio of the duration of a raw slip event to the crossing time of a front that is too long.
+/// Ratio of the duration of a slip event to the crossing time of a front that is too long.
 /// Blocks slide on behind a front, for up to six crossings in the scenarios of the thesis; creep
 /// sustains events a hundred times as long.
 const MISLEADING_CROSSINGS: f64 = 20.0;
 
-/// Share of the wide raw slip events with several wide ruptures above which they describe
+/// Share of the wide slip events with several wide ruptures above which they describe
 /// coincidences rather than ruptures.
 const MISLEADING_JOINED: f64 = 0.25;
 
-/// The accumulated data of raw slip events.
+/// The accumulated data of slip events.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct RawEvents {
+pub(crate) struct SlipEvents {
     blocks: u32,
     pub(crate) first: Option<SlipEvent>,
     pub(crate) first_global: Option<SlipEvent>,
@@ -31,12 +31,12 @@ pub(crate) struct RawEvents {
     longest_crossing_s: f64,
 }
 
-impl RawEvents {
-    pub(crate) fn new(blocks: u32) -> RawEvents {
-        RawEvents { blocks, ..RawEvents::default() }
+impl SlipEvents {
+    pub(crate) fn new(blocks: u32) -> SlipEvents {
+        SlipEvents { blocks, ..SlipEvents::default() }
     }
 
-    /// Adds a raw slip event.
+    /// Adds a slip event.
     pub(crate) fn take(&mut self, slip: &SlipEvent) {
         self.first.get_or_insert_with(|| slip.clone());
         if slip.is_global(self.blocks) {

@@ -47,7 +47,7 @@ fn usual_figures_show_what_was_measured_and_no_theory() {
     assert!(said(&log, "noise", &[]).contains("steps, least step that counts, noise σ"));
     let traces = said(&log, "traces", &["which=first-global-slip"]);
     assert!(
-        traces.contains("Rupture 13. Shown: front, 1270 ± 29 m/s, arrivals, 10 mm upwards: "),
+        traces.contains(": rupture 13. x (mm) against t − 2.433866 s (µs). Shown: front, 1270 ± 29 m/s, arrivals, 10 mm upwards: "),
         "{traces}"
     );
     for kind in ["load-ruptures", "recurrence", "moment-duration"] {

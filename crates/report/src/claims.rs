@@ -1,5 +1,7 @@
 //! Claims on a page: the score, the lines beside a figure or a run, and the table of all.
 
+use std::collections::BTreeSet;
+
 use asperity_model::scenario::keys::KEYS;
 use asperity_numbers::Number;
 use asperity_numbers::claim::{Claim, Judgement};
@@ -57,7 +59,7 @@ pub(crate) fn heading(claims: &[Claim], attributes: &str) -> String {
 
 /// The scores as a table, speaker by speaker and kind by kind.
 pub(crate) fn scores(claims: &[Claim]) -> String {
-    let mut rows = Vec::new();
+    let (mut rows, mut known) = (Vec::new(), BTreeSet::new());
     for (speaker, title) in SPEAKERS {
         for (kind, word, meaning) in Kind::ALL {
             let of: Vec<&Claim> =
@@ -65,10 +67,12 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
             if of.is_empty() {
                 continue;
             }
-            let mut cells = vec![
-                Cell::text(title),
-                Cell::Html(format!("{word} <span class=\"soft\">({meaning})</span>")),
-            ];
+            // Explained once.
+            let meaning = match known.insert(word) {
+                true => format!(" <span class=\"soft\">({meaning})</span>"),
+                false => String::new(),
+            };
+            let mut cells = vec![Cell::text(title), Cell::Html(format!("{word}{meaning}"))];
             cells.extend(Verdict::ALL.map(|(verdict, ..)| {
                 match of.iter().filter(|claim| claim.own.verdict == verdict).count() {
                     0 => Cell::None,
@@ -122,12 +126,13 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
         out += &format!("<h4>{title} says</h4>\n");
         for (_, same) in quotes {
             out += &format!("<p class=\"quote\">{}</p>\n<ul class=\"claims\">\n", quoted(same[0]));
-            for claim in same {
+            for (n, claim) in same.iter().enumerate() {
                 let stated = match claim.stated.as_str() {
                     "" => worded(&claim.own.rule),
                     stated => format!("stated {}", lettered(stated)),
                 };
                 let note = match claim.note.as_str() {
+                    note if same[..n].iter().any(|before| before.note == note) => String::new(),
                     "" => String::new(),
                     note => format!("; {}", worded(note)),
                 };

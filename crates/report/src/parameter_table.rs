@@ -97,14 +97,14 @@ const MAIN: [&str; 20] = [
 ];
 
 /// The parameters that describe the model, in short; those without effect are left out, and those that
-/// differ between runs have these values.
+/// differ between runs have these values, as HTML.
 pub(crate) fn main(first: &Parameters, varied: &[(String, String)]) -> String {
     let row = |path: &&str| {
         let key = keys::named(path)?;
         let value = first.get(path)?;
         let values = varied.iter().find(|(of, _)| of == path);
         let (value, unit) = match (values, value) {
-            (Some((_, values)), _) => (text(values), unit(key)),
+            (Some((_, values)), _) => (values.clone(), unit(key)),
             (None, value) if does_nothing(value) || first.is_idle(key) => return None,
             (None, Value::Float(value)) => (rounded(*value, 6), unit(key)),
             (None, other) => (text(other), unit(key)),

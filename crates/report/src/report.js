@@ -33,8 +33,9 @@
   const end = (k) => seconds(ruptures[k][END] ?? run.last);
   const unit = () => run.unit ?? "s";
   // Where blocks are: x, in mm, on a fault line depth, in km; else their numbers.
-  const at = (block) => (run.place ? digits(run.place[0] + (block - 1) * run.place[1], 6) : String(block));
-  const span = (first, last) => (run.down ? `depth ${at(first)} to ${at(last)} km` : run.place ? `x = ${at(first)} to ${at(last)} mm` : `${places()} ${first} to ${last}`);
+  const at = (block) => (run.place ? digits(run.place[0] + (block - 1) * run.place[1], 5) : String(block));
+  const between = (first, last, word) => (first === last ? at(first) : `${at(first)}${word}${at(last)}`);
+  const span = (first, last) => (run.down ? `depth ${between(first, last, " to ")} km` : run.place ? `x = ${between(first, last, " to ")} mm` : `${places()} ${between(first, last, " to ")}`);
   const until = (t) => (t !== null ? `${time(seconds(t))} ${unit()}` : run.lacks ? "the last step of the log" : "the run's end");
   const blocks = (k) => ruptures[k][LAST] - ruptures[k][FIRST] + 1;
   const drop = (k) => (ruptures[k][TO] === null ? null : ruptures[k][FROM] - ruptures[k][TO]);
@@ -273,7 +274,7 @@
       column("kind", "kind", (k) => ruptures[k][KIND], (k) => WORDS[ruptures[k][KIND]], false),
       column("onset", `onset (${timeUnit})`, onset, (k) => time(onset(k))),
       column("duration", isLong ? "duration (s)" : "duration (ms)", (k) => (ruptures[k][END] === null ? null : lasted(k)), (k) => (ruptures[k][END] === null ? null : digits(lasted(k), 4))),
-      column("blocks", placesTitle, blocks, (k) => `${at(ruptures[k][FIRST])}–${at(ruptures[k][LAST])}`),
+      column("blocks", placesTitle, blocks, (k) => between(ruptures[k][FIRST], ruptures[k][LAST], "–")),
       column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => at(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
       column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),

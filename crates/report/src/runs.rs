@@ -18,7 +18,7 @@ use crate::over_area::{self, OverArea};
 use crate::page_collector::CollectedRupture;
 use crate::parameter_table::{self, Parameters};
 use crate::study::{Link, Run};
-use crate::symbols::{lettered, number, time};
+use crate::symbols::{lettered, number, rounded, time};
 use crate::verdict::{SPEED_DIGITS, verdict};
 
 /// Most ruptures of a run described in words.
@@ -198,12 +198,12 @@ impl Places {
 
     /// The place of a block, counted from 1.
     pub(crate) fn at(&self, block: u32) -> String {
-        number(round(self.of[0] + f64::from(block - 1) * self.of[1], 6))
+        rounded(self.of[0] + f64::from(block - 1) * self.of[1], 5)
     }
 
     /// From one block to another, without the unit.
     pub(crate) fn span(&self, first: u32, last: u32) -> String {
-        format!("{} to {}", self.at(first), self.at(last))
+        if first == last { self.at(first) } else { format!("{} to {}", self.at(first), self.at(last)) }
     }
 }
 
@@ -368,9 +368,10 @@ pub(crate) fn details(
         body += &links(&run.links);
         let part =
             if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };
-        let title =
-            format!("{} <span class=\"soft\">{}</span>{part}", text(&run.name), in_short(&run.summary));
-        let open = if runs.len() == 1 { " open" } else { "" };
+        // A page of one run has said it in its verdict.
+        let (open, short) =
+            if runs.len() == 1 { (" open", String::new()) } else { ("", in_short(&run.summary)) };
+        let title = format!("{} <span class=\"soft\">{short}</span>{part}", text(&run.name));
         out += &format!(
             "<details class=\"of-run\" id=\"run-{}\"{open}><summary>{title}</summary>\n{body}</details>\n",
             text(&run.name)

@@ -71,7 +71,7 @@ impl Sweep {
             format!(
                 "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n{}</details>\n",
                 sketch(scenario),
-                main_of(&asked, &self.varied),
+                main_of(&asked, &self.varied.iter().map(|(key, values)| (key.clone(), text(values))).collect::<Vec<_>>()),
                 parameters(&asked, &varied)
             )
         });

@@ -88,9 +88,10 @@ fn precursors(run: &Run) -> [String; 2] {
     let Some(count) = summary.precursor_count else { return ["unknown".to_owned(), NO_RUPTURES.to_owned()] };
     let first = run.collected.ruptures.iter().find(|seen| seen.is_precursor).map(|seen| {
         let (rupture, at) = (&seen.rupture, time(seen.rupture.onset_s, summary.simulated_s));
-        let lasted =
-            rupture.end_s.map(|end_s| format!(" for {} ms", rounded((end_s - rupture.onset_s) * 1e3, 3)));
-        let lasted = lasted.unwrap_or_default();
+        let lasted = rupture.end_s.map_or_else(String::new, |end_s| match end_s - rupture.onset_s {
+            short_s if short_s < 1e-3 => format!(" for {} µs", rounded(short_s * 1e6, 3)),
+            long_s => format!(" for {} ms", rounded(long_s * 1e3, 3)),
+        });
         format!("the first at {at}{lasted}, over {}; ", span(run, rupture.first_block, rupture.last_block))
     });
     let longest = summary.longest_precursor_ratio.filter(|_| count > 0).map(|ratio| {

@@ -124,9 +124,9 @@ kinds! {
     /// groups of runs. Each share is that of the speeds of all runs of a group; whiskers reach from the
     /// smallest to the largest share in one of them.
     "front-speeds" front_speeds: front_speeds::FrontSpeeds,
-    /// Block against time: where and when blocks slid, when fronts reached them, and how far slip had
-    /// spread; for a whole run, a part of it, or one rupture. Where the log has dense windows or states
-    /// of ruptures, colours show the velocity.
+    /// Where and when blocks slid: block against time, with the arrivals of fronts and how far slip had spread;
+    /// for a whole run, a part of it, or one rupture. Where the log has dense windows or states of ruptures,
+    /// colours show the velocity.
     "space-time" space_time: space_time::SpaceTime,
     /// Speed of the front of a rupture from block to block, with the wave speed and the theory of steady
     /// fronts under the force that each block bore before. Triangles at the upper edge mark fronts faster

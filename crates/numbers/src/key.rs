@@ -17,7 +17,8 @@ pub struct Key {
 }
 
 impl Key {
-    /// Its readable name: `first global rupture onset` for `first_global_rupture_onset_s`.
+    /// Its readable name: `first global rupture onset` for `first_global_rupture_onset_s`; logs call the work of the
+    /// time step `scheme_work_j`.
     pub fn label(&self) -> String {
         let name: &str = &self.column.name;
         let unit = match self.column.unit {
@@ -29,6 +30,7 @@ impl Key {
             .replace("_over_", "/")
             .replace('_', " ")
             .replace("F T/F N", "F_T/F_N")
+            .replace("scheme work", "work of the step")
     }
 }
 

@@ -92,7 +92,7 @@ fn precursors(run: &Run) -> [String; 2] {
             short_s if short_s < 1e-3 => format!(" for {} µs", rounded(short_s * 1e6, 3)),
             long_s => format!(" for {} ms", rounded(long_s * 1e3, 3)),
         });
-        format!("the first at {at}{lasted}, over {}; ", span(run, rupture.first_block, rupture.last_block))
+        format!("the first at {at}{lasted}, {}; ", span(run, rupture.first_block, rupture.last_block))
     });
     let longest = summary.longest_precursor_ratio.filter(|_| count > 0).map(|ratio| {
         let longest = run.collected.ruptures.iter().filter(|seen| seen.is_precursor);

@@ -44,7 +44,7 @@ pub(crate) use guards::{Course, Reserve, crossing_ahead, first_crossing, margin,
 pub(crate) use junctions::{Bearing, drag, heat_and_stretch, resist};
 pub(crate) use lattice::{lattice_dashpots, lattice_move, lattice_springs};
 pub(crate) use linear::{
-    add_course, add_multiple, are_finite, combine, compound, follow, grow, largest, products,
+    add_course, add_multiples, are_finite, combine, compound, follow, grow, largest, products,
 };
 #[cfg(test)]
 pub(crate) use simd::tests::by_all;

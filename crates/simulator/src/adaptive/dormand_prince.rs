@@ -89,16 +89,12 @@ impl Method<Line> for DormandPrince {
         self.rates[0].0.copy_from_slice(&begin.rates.0);
         for (stage, weights) in (1..).zip(A) {
             self.end.0.copy_from_slice(&begin.at.0);
-            for (weight, rates) in weights.iter().zip(&self.rates) {
-                self.end.add(step_s * weight, rates);
-            }
+            self.end.add(weights, |weight| step_s * weight, &self.rates);
             line.evaluate(&mut self.end, begin.outside);
             line.rates(&self.end, begin.outside, &mut self.rates[stage]);
         }
         self.error.0.fill(0.0);
-        for (weight, rates) in ERROR.iter().zip(&self.rates) {
-            self.error.add(step_s * weight, rates);
-        }
+        self.error.add(&ERROR, |weight| step_s * weight, &self.rates);
         let errors =
             self.error.0.iter().zip(&self.per_error).map(|(error, per_error)| (error * per_error).abs());
         // A NaN stays.

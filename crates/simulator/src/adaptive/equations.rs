@@ -203,14 +203,20 @@ impl Equations {
         self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + prestress_n
     }
 
-    /// `y` of block `n` at a time, given the unknowns by their places.
-    fn friction(&self, n: usize, outside: DriveAndLoad, unknown: impl Fn(usize) -> f64) -> Growth {
+    /// `y` of block `n` at a time, given the unknowns by their places, and `T_n` without dashpots.
+    fn friction(
+        &self,
+        n: usize,
+        outside: DriveAndLoad,
+        unknown: impl Fn(usize) -> f64,
+        pulled_n: impl FnOnce() -> f64,
+    ) -> Growth {
         let blocks = self.chain.nodes;
         let state = unknown(2 * blocks + n);
         if self.has_inertia() {
             return self.growth(unknown(blocks + n), state);
         }
-        self.friction_under(self.pulled_n(n, outside, unknown), self.direct_n(n, outside), state)
+        self.friction_under(pulled_n(), self.direct_n(n, outside), state)
     }
 
     /// `|V|` of block `n` at a time, given the unknowns by their places.
@@ -220,7 +226,7 @@ impl Equations {
         outside: DriveAndLoad,
         unknown: impl Fn(usize) -> f64,
     ) -> f64 {
-        self.friction(n, outside, unknown).speed_m_per_s()
+        self.friction(n, outside, &unknown, || self.pulled_n(n, outside, &unknown)).speed_m_per_s()
     }
 
     /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
@@ -314,7 +320,7 @@ impl Motion for Equations {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, outside, unknown);
-            let growth = self.friction(n, outside, unknown);
+            let growth = self.friction(n, outside, unknown, || self.pulled_n[n]);
             self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
             at.0[self.chain.nodes + n] = growth.friction;
         }

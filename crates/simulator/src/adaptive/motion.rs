@@ -14,6 +14,9 @@ use crate::kernels;
 /// Fewest steps in a period of a swing.
 const STEPS_OF_A_PERIOD: f64 = 20.0;
 
+/// Most stages of a method.
+const MOST_STAGES: usize = 7;
+
 /// Equations of motion, with the numbers of the last evaluation.
 pub(super) trait Motion: Clone + Debug + Send {
     /// What the law gives for all blocks.
@@ -98,9 +101,17 @@ pub(super) fn factor(root: f64) -> f64 {
 pub(super) struct Unknowns(pub(super) Vec<f64>);
 
 impl Unknowns {
-    /// `self += factor * other`.
-    pub(super) fn add(&mut self, factor: f64, other: &Unknowns) {
-        kernels::add_multiple(&mut self.0, factor, &other.0);
+    /// `self += sum_j scale(weight_j) * others_j`, from the first on; of more weights than others the last do not count.
+    pub(super) fn add(&mut self, weights: &[f64], scale: impl Fn(f64) -> f64, others: &[Unknowns]) {
+        let mut factors = [0.0; MOST_STAGES];
+        factors.iter_mut().zip(weights).for_each(|(factor, weight)| *factor = scale(*weight));
+        kernels::add_multiples(&mut self.0, &factors[..weights.len()], others);
+    }
+}
+
+impl AsRef<[f64]> for Unknowns {
+    fn as_ref(&self) -> &[f64] {
+        &self.0
     }
 }
 

@@ -22,12 +22,12 @@ const STAGES: usize = 6;
 
 const GAMMA: f64 = 0.25;
 
-/// `A_sj` of the stages 2 to 5; the sixth has those of the fifth, and 1 for `k_5`.
+/// `A_sj` of the stages 2 to 5; the sixth has those of the fifth, which leaves out the last, of `k_5`.
 const A: [&[f64]; 4] = [
     &[1.544],
     &[0.946_678_528_081_582_6, 0.255_701_169_898_328_4],
     &[3.314_825_187_068_521, 2.896_124_015_972_201, 0.998_641_913_997_781_7],
-    &[1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895],
+    &[1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0],
 ];
 
 /// `C_sj` of the stages 2 to 6.
@@ -129,26 +129,17 @@ impl Method<Equations> for Rodas4 {
             } else {
                 let a_row = A[(stage - 1).min(3)];
                 self.end.0.copy_from_slice(&begin.at.0);
-                let mut time = combined(a_row);
-                for (a, before) in a_row.iter().zip(before.iter()) {
-                    self.end.add(*a, before);
-                }
-                if stage == STAGES - 1 {
-                    self.end.add(1.0, &before[STAGES - 2]);
-                    time += times[STAGES - 2];
-                }
-                let outside = begin.outside.after(time * step_s);
+                self.end.add(a_row, |a| a, before);
+                let outside = begin.outside.after(combined(a_row) * step_s);
                 equations.evaluate(&mut self.end, outside);
                 equations.rates(&self.end, outside, change);
             }
-            for (c, before) in c_row.iter().zip(before.iter()) {
-                change.add(c / step_s, before);
-            }
+            change.add(c_row, |c| c / step_s, before);
             times[stage] = GAMMA * (1.0 + combined(c_row));
             self.linear.solve(equations, begin, times[stage] * step_s, change);
         }
         let last = &self.changes[STAGES - 1];
-        self.end.add(1.0, last);
+        self.end.add(&[1.0], |one| one, std::slice::from_ref(last));
         let mut error = 0.0_f64;
         let ((last_w, last_y, last_psi, _), (begin_w, ..)) = (last.parts(), begin.at.parts());
         for (n, [behind, friction, state]) in self.scales.iter().enumerate() {

@@ -14,13 +14,13 @@ use crate::kernels;
 const STAGES: usize = 7;
 
 /// `A_sj` of the stages 2 to 7; the last one is at the end of the step.
-const A: [&[f64]; STAGES - 1] = [
-    &[1.0 / 5.0],
-    &[3.0 / 40.0, 9.0 / 40.0],
-    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
-    &[19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0],
-    &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
-    &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+const A: [[f64; STAGES - 1]; STAGES - 1] = [
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
 
 /// The estimated error, over the length of the step.
@@ -89,12 +89,12 @@ impl Method<Line> for DormandPrince {
         self.rates[0].0.copy_from_slice(&begin.rates.0);
         for (stage, weights) in (1..).zip(A) {
             self.end.0.copy_from_slice(&begin.at.0);
-            self.end.add(weights, |weight| step_s * weight, &self.rates);
+            self.end.add(weights.map(|weight| step_s * weight), &self.rates[..stage]);
             line.evaluate(&mut self.end, begin.outside);
             line.rates(&self.end, begin.outside, &mut self.rates[stage]);
         }
         self.error.0.fill(0.0);
-        self.error.add(&ERROR, |weight| step_s * weight, &self.rates);
+        self.error.add(ERROR.map(|weight| step_s * weight), &self.rates);
         let errors =
             self.error.0.iter().zip(&self.per_error).map(|(error, per_error)| (error * per_error).abs());
         // A NaN stays.

@@ -204,29 +204,18 @@ impl Equations {
     }
 
     /// `y` of block `n` at a time, given the unknowns by their places, and `T_n` without dashpots.
-    fn friction(
-        &self,
-        n: usize,
-        outside: DriveAndLoad,
-        unknown: impl Fn(usize) -> f64,
-        pulled_n: impl FnOnce() -> f64,
-    ) -> Growth {
-        let blocks = self.chain.nodes;
-        let state = unknown(2 * blocks + n);
-        if self.has_inertia() {
-            return self.growth(unknown(blocks + n), state);
+    fn friction(&self, n: usize, direct_n: f64, unknown: impl Fn(usize) -> f64, pulled_n: f64) -> Growth {
+        let (friction, state) = (unknown(self.chain.nodes + n), unknown(2 * self.chain.nodes + n));
+        match self.has_inertia() {
+            true => self.growth(friction, state),
+            false => self.friction_under(pulled_n, direct_n, state),
         }
-        self.friction_under(pulled_n(), self.direct_n(n, outside), state)
     }
 
     /// `|V|` of block `n` at a time, given the unknowns by their places.
-    pub(super) fn speed_m_per_s(
-        &self,
-        n: usize,
-        outside: DriveAndLoad,
-        unknown: impl Fn(usize) -> f64,
-    ) -> f64 {
-        self.friction(n, outside, &unknown, || self.pulled_n(n, outside, &unknown)).speed_m_per_s()
+    pub(super) fn speed_m_per_s(&self, n: usize, outside: DriveAndLoad, at: impl Fn(usize) -> f64) -> f64 {
+        let pulled_n = self.pulled_n(n, outside, &at);
+        self.friction(n, self.direct_n(n, outside), at, pulled_n).speed_m_per_s()
     }
 
     /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
@@ -320,7 +309,7 @@ impl Motion for Equations {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, outside, unknown);
-            let growth = self.friction(n, outside, unknown, || self.pulled_n[n]);
+            let growth = self.friction(n, self.direct_n(n, outside), unknown, self.pulled_n[n]);
             self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
             at.0[self.chain.nodes + n] = growth.friction;
         }

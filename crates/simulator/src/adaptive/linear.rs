@@ -103,12 +103,10 @@ impl StageSystem {
         }
         let mut after = 0.0;
         let mut work_w = [0.0; ENERGIES];
-        let mut change_after = 0.0;
         for n in (0..contacts.len()).rev() {
             let Contact { velocity: v, velocity_of_friction: v_y, rate_of_velocity, .. } = contacts[n];
             change[n] += beside * pivot[n] * after;
             let z = change[n];
-            after = z;
             r_w[n] = (r_w[n] + z) / sigma;
             r_psi[n] = (r_psi[n] + rate_of_velocity * z) * state_share[n];
             r_y[n] = (z + v / a * r_psi[n]) / v_y;
@@ -123,10 +121,9 @@ impl StageSystem {
             let [prestress_n, n_per_s] = equations.prestress_n(n, *outside);
             work_w[4] += prestress_n * z + n_per_s * ahead_s * v;
             if let Some(next) = contacts.get(n + 1) {
-                work_w[3] +=
-                    2.0 * equations.chain.damping_kg_per_s * (next.velocity - v) * (change_after - z);
+                work_w[3] += 2.0 * equations.chain.damping_kg_per_s * (next.velocity - v) * (after - z);
             }
-            change_after = z;
+            after = z;
         }
         for (r, work_w) in r_work.iter_mut().zip(work_w) {
             *r = (*r + work_w) / sigma;

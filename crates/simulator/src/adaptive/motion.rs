@@ -14,9 +14,6 @@ use crate::kernels;
 /// Fewest steps in a period of a swing.
 const STEPS_OF_A_PERIOD: f64 = 20.0;
 
-/// Most stages of a method.
-const MOST_STAGES: usize = 7;
-
 /// Equations of motion, with the numbers of the last evaluation.
 pub(super) trait Motion: Clone + Debug + Send {
     /// What the law gives for all blocks.
@@ -101,11 +98,9 @@ pub(super) fn factor(root: f64) -> f64 {
 pub(super) struct Unknowns(pub(super) Vec<f64>);
 
 impl Unknowns {
-    /// `self += sum_j scale(weight_j) * others_j`, from the first on; of more weights than others the last do not count.
-    pub(super) fn add(&mut self, weights: &[f64], scale: impl Fn(f64) -> f64, others: &[Unknowns]) {
-        let mut factors = [0.0; MOST_STAGES];
-        factors.iter_mut().zip(weights).for_each(|(factor, weight)| *factor = scale(*weight));
-        kernels::add_multiples(&mut self.0, &factors[..weights.len()], others);
+    /// `self += sum_j factor_j other_j`, from the lowest term up.
+    pub(super) fn add<const N: usize>(&mut self, factors: [f64; N], others: &[Unknowns]) {
+        kernels::add_multiples(&mut self.0, &factors, others);
     }
 }
 

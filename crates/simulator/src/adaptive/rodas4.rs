@@ -23,20 +23,21 @@ const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
 
 /// `A_sj` of the stages 2 to 5; the sixth has those of the fifth, which leaves out the last, of `k_5`.
-const A: [&[f64]; 4] = [
-    &[1.544],
-    &[0.946_678_528_081_582_6, 0.255_701_169_898_328_4],
-    &[3.314_825_187_068_521, 2.896_124_015_972_201, 0.998_641_913_997_781_7],
-    &[1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0],
+const A: [[f64; STAGES - 1]; 4] = [
+    [1.544, 0.0, 0.0, 0.0, 0.0],
+    [0.946_678_528_081_582_6, 0.255_701_169_898_328_4, 0.0, 0.0, 0.0],
+    [3.314_825_187_068_521, 2.896_124_015_972_201, 0.998_641_913_997_781_7, 0.0, 0.0],
+    [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0],
 ];
 
-/// `C_sj` of the stages 2 to 6.
-const C: [&[f64]; 5] = [
-    &[-5.6688],
-    &[-2.430_093_356_833_875, -0.206_359_915_709_191_5],
-    &[-0.107_352_905_815_137_5, -9.594_562_251_023_355, -20.470_286_148_096_16],
-    &[7.496_443_313_967_647, -10.246_804_314_643_52, -33.999_903_528_199_05, 11.708_908_932_061_6],
-    &[
+/// `C_sj`.
+const C: [[f64; STAGES - 1]; STAGES] = [
+    [0.0, 0.0, 0.0, 0.0, 0.0],
+    [-5.6688, 0.0, 0.0, 0.0, 0.0],
+    [-2.430_093_356_833_875, -0.206_359_915_709_191_5, 0.0, 0.0, 0.0],
+    [-0.107_352_905_815_137_5, -9.594_562_251_023_355, -20.470_286_148_096_16, 0.0, 0.0],
+    [7.496_443_313_967_647, -10.246_804_314_643_52, -33.999_903_528_199_05, 11.708_908_932_061_6, 0.0],
+    [
         8.083_246_795_921_522,
         -7.981_132_988_064_893,
         -31.521_594_328_743_71,
@@ -122,24 +123,23 @@ impl Method<Equations> for Rodas4 {
         for stage in 0..STAGES {
             let (before, rest) = self.changes.split_at_mut(stage);
             let change = &mut rest[0];
-            let combined = |row: &[f64]| row.iter().zip(&times).map(|(a, time)| a * time).sum::<f64>();
-            let c_row: &[f64] = if stage == 0 { &[] } else { C[stage - 1] };
+            let combined = |row: [f64; 5]| row.iter().zip(&times).map(|(a, time)| a * time).sum::<f64>();
             if stage == 0 {
                 change.0.copy_from_slice(&begin.rates.0);
             } else {
                 let a_row = A[(stage - 1).min(3)];
                 self.end.0.copy_from_slice(&begin.at.0);
-                self.end.add(a_row, |a| a, before);
+                self.end.add(a_row, before);
                 let outside = begin.outside.after(combined(a_row) * step_s);
                 equations.evaluate(&mut self.end, outside);
                 equations.rates(&self.end, outside, change);
             }
-            change.add(c_row, |c| c / step_s, before);
-            times[stage] = GAMMA * (1.0 + combined(c_row));
+            change.add(C[stage].map(|c| c / step_s), before);
+            times[stage] = GAMMA * (1.0 + combined(C[stage]));
             self.linear.solve(equations, begin, times[stage] * step_s, change);
         }
         let last = &self.changes[STAGES - 1];
-        self.end.add(&[1.0], |one| one, std::slice::from_ref(last));
+        self.end.add([1.0], std::slice::from_ref(last));
         let mut error = 0.0_f64;
         let ((last_w, last_y, last_psi, _), (begin_w, ..)) = (last.parts(), begin.at.parts());
         for (n, [behind, friction, state]) in self.scales.iter().enumerate() {

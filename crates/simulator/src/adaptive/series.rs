@@ -14,15 +14,18 @@ impl<M: Motion> Adaptive<M> {
     /// Records the accepted step of a length that ends where this one begins, or else where it ends, if it is one of
     /// those that the plan asks for. Grid steps up to `until_step` may have records before it.
     pub(super) fn record_series(&mut self, is_begin: bool, step_s: f64, until_step: u64) {
+        let every = self.plan.recording.series_every;
+        if every == 0 {
+            return;
+        }
         let plan = Arc::clone(&self.plan);
-        let every = plan.recording.series_every;
         let (at, time_s) = if is_begin { (&self.begin, self.time_s) } else { (&self.end, self.end_s()) };
         let (time_s, number) = (time_s.value(), self.accepted_steps + u64::from(!is_begin));
         let before = plan.initial.adaptive.as_ref().map_or(0, |initial| initial.accepted_steps);
         let grid = plan.grid;
         let is_last = !is_begin || self.stopped.is_some() || self.end_s().value() > grid.time_s(plan.steps);
         let is_due = number == before + 1 || number.is_multiple_of(every) || is_last;
-        if every == 0 || number <= before || !is_due {
+        if number <= before || !is_due {
             return;
         }
         let passed = grid.first_step_from(time_s.next_up()).saturating_sub(1);

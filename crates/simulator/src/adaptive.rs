@@ -383,11 +383,6 @@ impl<M: Motion> Adaptive<M> {
         after
     }
 
-    /// Drive and load after a share of the step.
-    fn outside_at(&self, share: f64) -> DriveAndLoad {
-        self.piece.at(self.time_s.value() + share * self.step_s)
-    }
-
     /// Moves the slider to a grid step within the step, and records it.
     fn record(&mut self, step: u64) -> Result<(), SimulationError> {
         let plan = Arc::clone(&self.plan);

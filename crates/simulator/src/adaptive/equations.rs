@@ -101,10 +101,11 @@ pub(super) struct Equations {
     /// `m`; 0 without inertia.
     pub(super) mass_kg: f64,
     pub(super) chain: Chain,
-    /// `K_n`.
+    /// `K_n`, and the stiffness of all springs on a block.
     pub(super) drive_n_per_m: Vec<f64>,
-    /// The prestress at the beginning of the piece, N, and its rate, N/s, without its swing.
-    prestress_n: [Vec<f64>; 2],
+    pub(super) springs_n_per_m: Vec<f64>,
+    /// The prestress at the beginning of the piece, N, and its rate, N/s, without its swing; none for none.
+    prestress_n: Option<[Vec<f64>; 2]>,
     /// `p_n` and `a p_n` at the load of the start.
     load_n: Vec<f64>,
     direct_n: Vec<f64>,
@@ -118,8 +119,8 @@ pub(super) struct Equations {
 impl Equations {
     /// `Q_n` at a time, N, and its rate, N/s.
     pub(super) fn prestress_n(&self, n: usize, outside: DriveAndLoad) -> [f64; 2] {
-        let ([force_n, n_per_s], [swing, swing_per_s]) = (&self.prestress_n, outside.swung);
-        let load_n = self.load_n[n];
+        let Some([force_n, n_per_s]) = &self.prestress_n else { return [0.0; 2] };
+        let (load_n, [swing, swing_per_s]) = (self.load_n[n], outside.swung);
         [force_n[n] + n_per_s[n] * outside.since_s + swing * load_n, n_per_s[n] + swing_per_s * load_n]
     }
 
@@ -142,15 +143,6 @@ impl Equations {
                     + outside.load * self.direct_n[n] * per_s[n] * seconds
             }
         }
-    }
-
-    pub(super) fn has_inertia(&self) -> bool {
-        self.mass_kg > 0.0
-    }
-
-    /// The stiffness of all springs on block `n`.
-    pub(super) fn springs_n_per_m(&self, n: usize) -> f64 {
-        self.chain.neighbours(n) * self.chain.stiffness_n_per_m + self.drive_n_per_m[n]
     }
 
     /// Sizes below which errors of the unknowns of block `n` do not matter: of `w` the distance over which friction
@@ -203,24 +195,24 @@ impl Equations {
         self.chain.stiffness_n_per_m * strained_m - self.drive_n_per_m[n] * here + prestress_n
     }
 
-    /// `y` of block `n` at a time, given the unknowns by their places, and `T_n` without dashpots.
-    fn friction(&self, n: usize, direct_n: f64, unknown: impl Fn(usize) -> f64, pulled_n: f64) -> Growth {
-        let (friction, state) = (unknown(self.chain.nodes + n), unknown(2 * self.chain.nodes + n));
-        match self.has_inertia() {
-            true => self.growth(friction, state),
-            false => self.friction_under(pulled_n, direct_n, state),
+    /// `y` of block `n`, given the unknowns by their places, and `T_n` without dashpots and `a p_n`.
+    fn friction(&self, n: usize, at: impl Fn(usize) -> f64, forces_n: impl FnOnce() -> [f64; 2]) -> Growth {
+        let state = at(2 * self.chain.nodes + n);
+        match self.mass_kg > 0.0 {
+            true => self.growth(at(self.chain.nodes + n), state),
+            false => self.friction_under(forces_n(), state),
         }
     }
 
     /// `|V|` of block `n` at a time, given the unknowns by their places.
     pub(super) fn speed_m_per_s(&self, n: usize, outside: DriveAndLoad, at: impl Fn(usize) -> f64) -> f64 {
-        let pulled_n = self.pulled_n(n, outside, &at);
-        self.friction(n, self.direct_n(n, outside), at, pulled_n).speed_m_per_s()
+        let forces_n = || [self.pulled_n(n, outside, &at), self.direct_n(n, outside)];
+        self.friction(n, &at, forces_n).speed_m_per_s()
     }
 
     /// `y` with `T = p a y + E V`. Newton's method from above, where the left side is convex: it falls to the
     /// solution in ten iterations or fewer.
-    fn friction_under(&self, force_n: f64, direct_n: f64, state: f64) -> Growth {
+    fn friction_under(&self, [force_n, direct_n]: [f64; 2], state: f64) -> Growth {
         let RateAndState { direct_effect, reference_velocity_m_per_s: v0, radiation_kg_per_s, .. } = self.law;
         let pull_n = force_n.abs();
         if pull_n == 0.0 {
@@ -249,7 +241,7 @@ impl Equations {
 
     /// `y'`; 0 without inertia, where `y` is no unknown.
     fn friction_rate(&self, n: usize, friction: f64, outside: DriveAndLoad) -> f64 {
-        if !self.has_inertia() {
+        if self.mass_kg == 0.0 {
             return 0.0;
         }
         let Contact { velocity, velocity_of_friction, slope, state_rate, .. } = self.contacts[n];
@@ -265,14 +257,20 @@ impl Motion for Equations {
     type Method = Rodas4;
 
     fn of(plan: &Plan, law: RateAndState) -> Equations {
-        let blocks = plan.blocks;
+        let (blocks, chain) =
+            (plan.blocks, plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"));
+        let drive_n_per_m = plan.drive.stiffness_n_per_m(blocks);
+        let springs = drive_n_per_m.iter().enumerate();
         Equations {
             law,
             evolution_effects: plan.friction.evolution_effects.clone(),
             mass_kg: if law.inertia { plan.block_mass_kg } else { 0.0 },
-            chain: plan.elastic.as_chain().expect("rate-and-state friction is that of a chain"),
-            drive_n_per_m: plan.drive.stiffness_n_per_m(blocks),
-            prestress_n: [vec![0.0; blocks], vec![0.0; blocks]],
+            springs_n_per_m: springs
+                .map(|(n, drive)| chain.neighbours(n) * chain.stiffness_n_per_m + drive)
+                .collect(),
+            chain,
+            drive_n_per_m,
+            prestress_n: None,
             load_n: plan.normal_load_n.clone(),
             direct_n: plan.normal_load_n.iter().map(|load_n| law.direct_effect * load_n).collect(),
             contact_loads: None,
@@ -296,12 +294,14 @@ impl Motion for Equations {
             [course.values(step), rates.collect()]
         };
         self.contact_loads = plan.contact_load_course.as_ref().map(at_step);
-        let zeros = || vec![0.0; plan.blocks];
-        self.prestress_n = plan.prestress_course.as_ref().map_or_else(|| [zeros(), zeros()], at_step);
-        self.prestress_n[0]
-            .iter_mut()
-            .zip(&plan.prestress_n)
-            .for_each(|(force, constant)| *force += constant);
+        let zeros = || [vec![0.0; plan.blocks], vec![0.0; plan.blocks]];
+        let is_pulled =
+            plan.prestress_course.is_some() || plan.swing.is_some() || !plan.prestress_n.is_empty();
+        self.prestress_n = is_pulled.then(|| {
+            let mut prestress_n = plan.prestress_course.as_ref().map_or_else(zeros, at_step);
+            prestress_n[0].iter_mut().zip(&plan.prestress_n).for_each(|(force, constant)| *force += constant);
+            prestress_n
+        });
     }
 
     /// Brings the law to these unknowns; without inertia it also determines `y`.
@@ -309,7 +309,7 @@ impl Motion for Equations {
         for n in 0..self.chain.nodes {
             let unknown = |place: usize| at.0[place];
             self.pulled_n[n] = self.pulled_n(n, outside, unknown);
-            let growth = self.friction(n, self.direct_n(n, outside), unknown, self.pulled_n[n]);
+            let growth = self.friction(n, unknown, || [self.pulled_n[n], self.direct_n(n, outside)]);
             self.contacts[n] = self.contact(n, growth, at.0[2 * self.chain.nodes + n]);
             at.0[self.chain.nodes + n] = growth.friction;
         }

@@ -27,6 +27,9 @@ pub(super) struct StageSystem {
     /// Reciprocals of the pivots, and minus the off-diagonal.
     pivot: Vec<f64>,
     beside: f64,
+    /// `a p_n`, and its change by a stage times `y`.
+    direct_n: Vec<f64>,
+    eased_n: Vec<f64>,
     /// `z`.
     change: Vec<f64>,
 }
@@ -40,6 +43,8 @@ impl StageSystem {
             state_share: zeros(),
             pivot: zeros(),
             beside: 0.0,
+            direct_n: zeros(),
+            eased_n: zeros(),
             change: zeros(),
         }
     }
@@ -64,9 +69,10 @@ impl StageSystem {
             let diagonal = alpha / v_y
                 + kappa * contact.rate_of_velocity * share
                 + damping
-                + equations.springs_n_per_m(n) / sigma;
+                + equations.springs_n_per_m[n] / sigma;
             let pivot = 1.0 / (diagonal - beside * beside * before);
-            (self.kappa[n], self.state_share[n], self.pivot[n]) = (kappa, share, pivot);
+            (self.kappa[n], self.state_share[n], self.pivot[n], self.direct_n[n]) =
+                (kappa, share, pivot, direct_n);
             before = pivot;
         }
         (self.sigma, self.beside) = (sigma, beside);
@@ -81,20 +87,25 @@ impl StageSystem {
         ahead_s: f64,
         r: &mut Unknowns,
     ) {
-        let StageSystem { sigma, kappa, state_share, pivot, beside, change } = self;
+        let StageSystem { sigma, kappa, state_share, pivot, beside, direct_n, eased_n, change } = self;
         let (sigma, beside, a) = (*sigma, *beside, equations.law.direct_effect);
         let StepEnd { at, contacts, outside, .. } = begin;
-        let (behind_m, friction, ..) = at.parts();
+        let ((behind_m, friction, ..), blocks) = (at.parts(), contacts.len());
         let (r_w, r_y, r_psi, r_work) = r.parts_mut();
+        let [r_w, r_y, r_psi, direct_n, eased_n, change] =
+            [r_w, r_y, r_psi, direct_n, eased_n, change].map(|of| &mut of[..blocks]);
+        let [kappa, state_share, pivot, behind_m, friction] =
+            [kappa, state_share, pivot, behind_m, friction].map(|of| &of[..blocks]);
         for r_w in &mut *r_w {
             *r_w -= outside.drive_m_per_s2 * ahead_s;
         }
         let mut before = 0.0;
         for n in 0..contacts.len() {
             let pulled_n = equations.chain.stiffness_n_per_m * equations.beside(n, |m| r_w[m])
-                - equations.springs_n_per_m(n) * r_w[n];
+                - equations.springs_n_per_m[n] * r_w[n];
+            eased_n[n] = equations.direct_change_n(n, *outside, ahead_s) * friction[n];
             let right = equations.mass_kg * contacts[n].velocity_of_friction * r_y[n]
-                - equations.direct_change_n(n, *outside, ahead_s) * friction[n]
+                - eased_n[n]
                 - kappa[n] * state_share[n] * r_psi[n]
                 + equations.prestress_n(n, *outside)[1] * ahead_s
                 + pulled_n / sigma;
@@ -111,12 +122,9 @@ impl StageSystem {
             r_psi[n] = (r_psi[n] + rate_of_velocity * z) * state_share[n];
             r_y[n] = (z + v / a * r_psi[n]) / v_y;
             // Derivatives of the rates of work.
-            let direct_n = equations.direct_n(n, *outside);
-            let drive_n_per_m = equations.drive_n_per_m[n];
-            work_w[0] -= drive_n_per_m
+            work_w[0] -= equations.drive_n_per_m[n]
                 * (outside.drive_m_per_s * r_w[n] + outside.drive_m_per_s2 * ahead_s * behind_m[n]);
-            work_w[1] += direct_n * (v * r_y[n] + friction[n] * z)
-                + equations.direct_change_n(n, *outside, ahead_s) * friction[n] * v;
+            work_w[1] += direct_n[n] * (v * r_y[n] + friction[n] * z) + eased_n[n] * v;
             work_w[2] += 2.0 * equations.law.radiation_kg_per_s * v * z;
             let [prestress_n, n_per_s] = equations.prestress_n(n, *outside);
             work_w[4] += prestress_n * z + n_per_s * ahead_s * v;

@@ -139,11 +139,11 @@ impl Method<Equations> for Rodas4 {
             self.linear.solve(equations, begin, times[stage] * step_s, change);
         }
         let last = &self.changes[STAGES - 1];
-        self.end.add([1.0], std::slice::from_ref(last));
+        self.end.add([1.0], &self.changes[STAGES - 1..]);
         let mut error = 0.0_f64;
         let ((last_w, last_y, last_psi, _), (begin_w, ..)) = (last.parts(), begin.at.parts());
         for (n, [behind, friction, state]) in self.scales.iter().enumerate() {
-            let of_friction = if equations.has_inertia() { last_y[n] / friction } else { 0.0 };
+            let of_friction = if equations.mass_kg > 0.0 { last_y[n] / friction } else { 0.0 };
             // No finer than the rounding of `w`, which friction balances.
             let accepted = self.tolerance + ROUNDING * begin_w[n].abs() / behind;
             for part in [last_w[n] / behind, of_friction, last_psi[n] / state] {
@@ -158,7 +158,8 @@ impl Method<Equations> for Rodas4 {
     fn speed_within(solver: &Adaptive<Equations>, n: usize) -> impl Fn(f64) -> f64 {
         move |share| {
             let unknown = |place| solver.method.within(&solver.begin.at, share, place);
-            solver.motion.speed_m_per_s(n, solver.outside_at(share), unknown)
+            let outside = solver.piece.at(solver.time_s.value() + share * solver.step_s);
+            solver.motion.speed_m_per_s(n, outside, unknown)
         }
     }
 }

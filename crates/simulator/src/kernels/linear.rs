@@ -15,20 +15,10 @@ kernel! {
 kernel! {
     /// `to += sum_j factor_j of_j`, from the lowest term up.
     fn add_multiples[V: AsRef<[f64]>](to: &mut [f64], factors: &[f64], of: &[V]) {
-        let (groups, rest) = to.as_chunks_mut::<8>();
-        let whole = 8 * groups.len();
-        for (at, group) in (0..).step_by(8).zip(groups) {
-            let mut sum = *group;
-            for (factor, of) in factors.iter().zip(of) {
-                let of = &of.as_ref()[at..][..8];
-                for lane in 0..8 {
-                    sum[lane] += factor * of[lane];
-                }
+        for (factor, of) in factors.iter().zip(of) {
+            for (to, of) in to.iter_mut().zip(of.as_ref()) {
+                *to += factor * of;
             }
-            *group = sum;
-        }
-        for (at, sum) in (whole..).zip(rest) {
-            factors.iter().zip(of).for_each(|(factor, of)| *sum += factor * of.as_ref()[at]);
         }
     }
 }

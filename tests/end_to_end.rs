@@ -342,6 +342,11 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         ("at_least = 1.0\n", "at_least = 1.0\nminus = \"missing\"\n", missing),
         ("first_global_slips = [\"coded\", ", "first_global_slips = [\"missing\", ", missing),
         ("runs = [\"stated\"]", "runs = [\"missing\"]", missing),
+        (
+            "first_global_slips = [\"coded\", ",
+            "main_figure = \"load\"\nfirst_global_slips = [\"coded\", ",
+            "main_figure: there is no figure load; did you mean ",
+        ),
         ("at_least = 1.0\n", "at_least = 1.0\nminus = \"stated\"\n", spread),
         (
             "values = [1e-8, 2e-8]",

@@ -417,7 +417,7 @@ fn paper_is_white_and_has_the_words_of_every_run() {
 /// Figures whose files are named like parts of the page, several runs, and enough claims to search.
 fn named_as_parts(folder: &Path) -> PathBuf {
     let pipeline = folder.join("parts.toml");
-    let mut toml = "title = \"Parts\"\n".to_owned();
+    let mut toml = "title = \"Parts\"\nmain_figure = \"map.png\"\n".to_owned();
     for name in ["a", "b"] {
         toml += &format!(
             "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\nset = [\"parameter_set=as-coded\", \"time.step_s=1e-7\", \"time.duration_s=1\"]\n"
@@ -467,8 +467,8 @@ fn figures_may_be_called_as_parts_of_the_page_are() {
     let leads = attributes(&html, "<a href").into_iter().filter_map(|to| to.split_once('#'));
     let there: Vec<String> = leads.map(|(_, id)| format!("id=\"{id}\"")).collect();
     let report = read(&page);
-    assert_eq!(there.len(), 22);
-    assert!(there.iter().all(|id| report.matches(id).count() == 1), "{there:?}");
+    assert!(report.split("figure-of-load").next().unwrap().contains("figure-of-map"), "main_figure first");
+    assert!(there.len() == 22 && there.iter().all(|id| report.matches(id).count() == 1), "{there:?}");
 }
 
 #[test]

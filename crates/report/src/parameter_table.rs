@@ -73,12 +73,13 @@ pub(crate) fn parameters(first: &Parameters, differing: &[&'static Key]) -> Stri
 }
 
 /// The model in a few numbers, shown beside its sketch.
-const MAIN: [&str; 20] = [
+const MAIN: [&str; 21] = [
     "slider.blocks",
     "slider.length_m",
     "slider.mass_kg",
     "slider.youngs_modulus_pa",
     "slider.relative_damping",
+    "medium.shear_modulus_pa",
     "friction.static_coefficient",
     "friction.dynamic_coefficient",
     "friction.interfacial_stiffness_ratio",
@@ -193,5 +194,15 @@ mod tests {
         // Nobody asked for ageing, nor has the law a use for weakening.
         assert!(!table.contains("ageing_coefficient") && !table.contains("weakening_velocity"));
         assert!(differing(&all[..1]).is_empty());
+    }
+
+    #[test]
+    fn a_fault_line_has_a_medium_and_no_mass() {
+        let line = resolve::<&str>("seas-bp1-qd-coarse", &[]).unwrap();
+        let table = parameters(&Parameters::of(&line), &[]).replace("<wbr>", "");
+        assert!(table.contains("shear_modulus_pa"), "{table}");
+        for idle in ["mass_kg", "youngs_modulus_pa", "total_n", "stiffness_n_per_m"] {
+            assert!(!table.contains(idle), "{idle}");
+        }
     }
 }

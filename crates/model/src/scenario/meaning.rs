@@ -43,6 +43,11 @@ fn is_fixed_in_a_medium(path: &str) -> bool {
     FIXED_IN_A_MEDIUM.split(' ').any(|begins| path.starts_with(begins))
 }
 
+/// Whether a key says nothing of a fault line in a medium.
+pub(crate) fn is_idle_in_a_medium(path: &str) -> bool {
+    is_fixed_in_a_medium(path) && !matches!(path, "friction.law" | "drive.kind")
+}
+
 /// What a key is in a medium where it is not written, and where nothing else may be.
 fn default_in_a_medium(path: &str) -> Option<Value> {
     Some(match path {

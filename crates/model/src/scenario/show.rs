@@ -68,11 +68,13 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// The keys that its text states, with their values: all but those that its friction law decides.
+    /// The keys with their values: all but those that its friction law or a medium decides.
     pub fn stated(&self) -> impl Iterator<Item = (&'static Key, Value)> {
-        let law = self.friction.law;
-        let all = KEYS.iter().zip(self.values());
-        all.filter(move |(key, value)| !meaning::is_decided_by_law(key.path, law, value))
+        let (law, is_in_medium) = (self.friction.law, self.slider.is_in_medium());
+        KEYS.iter().zip(self.values()).filter(move |(key, value)| {
+            let is_idle = is_in_medium && meaning::is_idle_in_a_medium(key.path);
+            !is_idle && !meaning::is_decided_by_law(key.path, law, value)
+        })
     }
 
     /// Lists what is drawn for each contact, so that other programs need no generator. Logs have it as a table, which

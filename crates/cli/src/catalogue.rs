@@ -148,11 +148,11 @@ pub(crate) fn command(arguments: &CatalogueArguments, board: &Board) -> Result<(
         // Rows of the table have an empty magnitude.
         if *format != CatalogueFormat::Csv {
             for Source { path, runs, .. } in &sources {
-                let entries = runs.iter().flat_map(|run| &run.entries);
+                let entries = || runs.iter().flat_map(|run| &run.entries);
                 let is_told = |entry: &&Entry| *format == CatalogueFormat::Quakeml && entry.depth_m.is_some();
-                let without = entries.filter(|entry| entry.magnitude().is_none() && !is_told(entry)).count();
-                let why = match runs.iter().flat_map(|run| &run.entries).any(|entry| entry.depth_m.is_some())
-                {
+                let without =
+                    entries().filter(|entry| entry.magnitude().is_none() && !is_told(entry)).count();
+                let why = match entries().any(|entry| entry.depth_m.is_some()) {
                     true => "whose moments per metre of strike have no magnitude",
                     false => "whose moment is 0, so that they have no magnitude",
                 };

@@ -38,7 +38,7 @@ pub mod scenario;
 pub mod theory;
 
 pub use body::lattice::Lattice;
-pub use body::medium::{FirstNode, Medium, MediumKind};
+pub use body::medium::{FirstNode, Medium};
 pub use body::node_state::NodeState;
 pub use law::junctions::Junctions;
 pub use law::laws::Law;
@@ -53,7 +53,7 @@ pub use plan::splitmix::mixed;
 pub use plan::state::SliderState;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 pub use scenario::Scenario;
-pub use scenario::choices::{DetachBy, DriveKind, End, JunctionStart, ParameterSet, Reattach};
+pub use scenario::choices::{DetachBy, DriveKind, End, JunctionStart, MediumChoice, ParameterSet, Reattach};
 pub use scenario::files::{Files, Texts};
 pub use scenario::resolve::{ResolveError, find, resolve, source};
 pub use scenario::source::{ScenarioErrors, ScenarioSource};

@@ -1,6 +1,6 @@
-//! Compares the claims of a text with measurements, and gives each a verdict by a stated rule.
+//! Compares claims with measurements, and gives each a verdict by a stated rule.
 //!
-//! The statements of a source and those of this project are counted separately: the latter check
+//! The statements of the thesis and those of this project are counted separately: the latter check
 //! this manual, and are no score of the thesis.
 //!
 //! A limit belongs to its claim. If it lies within the standard error of the measurement, the claim

@@ -76,7 +76,7 @@ fn without_series(run: &RunData, key: &str) -> String {
 
 pub(crate) fn stations(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, String> {
     const MOST: usize = 5;
-    let (medium, (_, rows)) = (medium(run)?, run.series()?);
+    let (medium, (_, rows), name) = (medium(run)?, run.series()?, &run.name);
     let recorded: Vec<u32> = run.plan.recording.series_blocks.iter().map(|n| *n as u32 + 1).collect();
     let every = recorded.len().div_ceil(MOST).max(1);
     let shown: Vec<u32> = match keys.at_blocks.is_empty() {
@@ -84,10 +84,7 @@ pub(crate) fn stations(run: &RunData, keys: &CurveKeys) -> Result<Vec<Curve>, St
         false => keys.at_blocks.clone(),
     };
     if let Some(other) = shown.iter().find(|block| !recorded.contains(block)) {
-        return Err(format!(
-            "at_blocks: block {other} of run {} is no station (accepted: {recorded:?})",
-            run.name
-        ));
+        return Err(format!("at_blocks: block {other} of run {name} is no station (accepted: {recorded:?})"));
     }
     if shown.is_empty() || rows.is_empty() {
         return Err(without_series(run, "stations_m"));

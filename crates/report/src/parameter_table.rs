@@ -17,7 +17,7 @@ pub(crate) struct Parameters(Vec<(&'static Key, Value)>);
 const NAMES: [&str; 2] = ["name", "summary"];
 
 impl Parameters {
-    /// Those of a scenario, without keys that its friction law does not use.
+    /// Those of a scenario, without keys that its friction law or a medium does not use.
     pub(crate) fn of(scenario: &Scenario) -> Parameters {
         Parameters(scenario.stated().filter(|(key, _)| !NAMES.contains(&key.path)).collect())
     }

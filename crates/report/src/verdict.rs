@@ -144,7 +144,12 @@ fn slider(run: &Run) -> [String; 2] {
     if let Some(as_coded) = run.scenario.as_coded_in_words() {
         return [text(&as_coded), blocks];
     }
-    [format!("{} kg", rounded(run.scenario.slider.mass_kg, 6)), format!("{c}{blocks}")]
+    let slider = &run.scenario.slider;
+    let size = match slider.is_in_medium() {
+        true => format!("{} km", rounded(slider.length_m / 1e3, 6)),
+        false => format!("{} kg", rounded(slider.mass_kg, 6)),
+    };
+    [size, format!("{c}{blocks}")]
 }
 
 /// A link to the front of the first rupture on the page that this is true of.

@@ -254,7 +254,9 @@ impl<M: Motion> Adaptive<M> {
                 self.step_s = step_s;
                 break;
             }
-            error.is_nan().then(|| self.state_overflow()).flatten().map_or(Ok(()), Err)?;
+            if error.is_nan() {
+                self.state_overflow().map_or(Ok(()), Err)?;
+            }
             self.counters.rejected_steps += 1;
         }
         self.counters.adaptive_steps += 1;

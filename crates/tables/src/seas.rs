@@ -57,15 +57,12 @@ impl Seas {
         let named: BTreeMap<u32, PathBuf> =
             std::iter::once(0).chain(blocks).map(|block| (block, out.join(name(block)))).collect();
         files.reserve(named.values().cloned())?;
-        let begun = named
-            .into_iter()
-            .map(|(block, path)| (block, (path, BufWriter::new(spool(IN_MEMORY_BYTES)))))
-            .collect();
+        let begun = |(block, path)| (block, (path, BufWriter::new(spool(IN_MEMORY_BYTES))));
         let mut seas = Seas {
             header: run.clone(),
             plan,
             width_m: of.slider.width_m,
-            files: begun,
+            files: named.into_iter().map(begun).collect(),
             steps: (f64::INFINITY, 0.0, 0),
             last_state_s: f64::NEG_INFINITY,
             failed: None,
@@ -98,14 +95,11 @@ impl Seas {
 
     /// Writes a file: its comments, and the lines that have waited.
     fn write(&self, block: u32, lines: BufWriter<Spool>, file: impl Write) -> io::Result<()> {
-        let RunHeader { scenario, code_version, blocks, scales, .. } = &self.header;
+        let RunHeader { scenario, code_version: version, blocks, scales, .. } = &self.header;
         let (shortest_s, longest_s, count) = self.steps;
         let mut file = BufWriter::new(file);
         // Whoever submits them knows author and date; a log has no clock.
-        writeln!(
-            file,
-            "# problem={scenario:?}\n# author=\n# date=\n# code=asperity\n# version={code_version}"
-        )?;
+        writeln!(file, "# problem={scenario:?}\n# author=\n# date=\n# code=asperity\n# version={version}")?;
         writeln!(file, "# element_size={} m\n# minimum_time_step={shortest_s:.6e}", scales.block_length_m)?;
         writeln!(file, "# maximum_time_step={longest_s:.6e}\n# num_time_steps={count}")?;
         let (location, columns) = match (&self.plan.medium, block) {

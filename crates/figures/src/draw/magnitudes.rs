@@ -20,10 +20,8 @@ impl Figure for Magnitudes {
 
     fn part(&self, run: &RunData, pen: Pen<'_>) -> Result<Sheet, String> {
         if run.plan.medium.is_some() {
-            return Err(format!(
-                "the moments of run {} are per metre of strike, without magnitudes",
-                run.name
-            ));
+            let name = &run.name;
+            return Err(format!("the moments of run {name} are per metre of strike, without magnitudes"));
         }
         let ruptures = sorted(run)?.into_iter();
         let all: Vec<f64> = ruptures.filter_map(|(one, _)| moment_magnitude(one.moment_n_m?)).collect();

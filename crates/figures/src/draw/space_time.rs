@@ -107,12 +107,11 @@ struct View {
     from_block: u32,
     to_block: u32,
     clock: Clock,
-    /// Whether slopes on the map are speeds; how many blocks there are, where the first one is, and from one to the next,
-    /// mm; in a medium km downwards.
+    /// Whether slopes on the map are speeds; how many blocks there are, and where the first one is and from one to the
+    /// next, mm; in a medium km downwards.
     in_mm: bool,
     blocks: f64,
-    first_mm: f64,
-    spacing_mm: f64,
+    along_mm: [f64; 2],
     /// Where the sensors of a recording are, mm, between places that are as far beyond the ends of the slider as the
     /// outer sensors are within; empty for runs.
     sensors_mm: Vec<f64>,
@@ -151,29 +150,18 @@ impl View {
         let sensors_mm = run.header.sensors.as_ref().map_or_else(Vec::new, sensors_mm);
         let in_mm = place == Place::Mm && (blocks > 1 || !sensors_mm.is_empty());
         let blocks = f64::from(blocks);
-        let (first_mm, spacing_mm) = match &run.plan.medium {
-            Some(medium) => (medium.depth_m(0) / 1e3, medium.spacing_m / 1e3),
-            None => (0.0, run.plan.spacing_m * 1e3),
+        let along_mm = match &run.plan.medium {
+            Some(medium) => [medium.depth_m(0) / 1e3, medium.spacing_m / 1e3],
+            None => [0.0, run.plan.spacing_m * 1e3],
         };
-        Ok(View {
-            from_s,
-            to_s,
-            from_block,
-            to_block,
-            clock,
-            in_mm,
-            blocks,
-            first_mm,
-            spacing_mm,
-            sensors_mm,
-        })
+        Ok(View { from_s, to_s, from_block, to_block, clock, in_mm, blocks, along_mm, sensors_mm })
     }
 
     /// Where a block, or an edge of its tile, stands on the axis: in mm no tile reaches beyond the slider.
     fn up(&self, block: f64) -> f64 {
         match (self.in_mm, &self.sensors_mm[..]) {
             (false, _) => block,
-            (true, []) => self.first_mm + (block.clamp(1.0, self.blocks) - 1.0) * self.spacing_mm,
+            (true, []) => self.along_mm[0] + (block.clamp(1.0, self.blocks) - 1.0) * self.along_mm[1],
             (true, sensors_mm) => {
                 let (low_mm, high_mm) =
                     (sensors_mm[block.floor() as usize], sensors_mm[block.ceil() as usize]);

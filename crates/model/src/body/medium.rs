@@ -4,7 +4,7 @@
 //! of the drive. All forces are per metre of strike. In the form of the SEAS benchmark BP1-QD (Erickson et al., Seismol.
 //! Res. Lett. 91, 874, 2020).
 
-use crate::scenario::choices::words;
+use crate::scenario::choices::{MediumChoice, words};
 
 words! {
     /// Where the nodes are.
@@ -23,25 +23,13 @@ impl FirstNode {
     }
 }
 
-/// The medium around a fault line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum MediumKind {
-    /// Below a free surface: `w_-j = w_j`.
-    HalfSpace,
-    /// On all sides.
-    WholeSpace,
-    /// Of a fault that repeats itself along its depth.
-    Periodic {
-        /// `W`, over which a uniform slip is unloaded: stiffness `mu pi / W`.
-        width_m: f64,
-    },
-}
-
 /// The medium and the fault in it, node by node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
-    /// What it is.
-    pub kind: MediumKind,
+    /// What it is: below a free surface, where `w_-j = w_j`; on all sides; or of a fault that repeats itself.
+    pub kind: MediumChoice,
+    /// `W` of a periodic one, over which a uniform slip is unloaded: stiffness `mu pi / W`; 0 of others.
+    pub width_m: f64,
     /// Where its nodes are.
     pub first_node: FirstNode,
     /// `mu`.
@@ -87,16 +75,16 @@ impl Medium {
     /// one, is as far from itself as it is long; in a periodic medium the line alone.
     pub fn transform_length(&self) -> usize {
         let lines = match self.kind {
-            MediumKind::HalfSpace => 4,
-            MediumKind::WholeSpace => 2,
-            MediumKind::Periodic { .. } => 1,
+            MediumChoice::HalfSpace => 4,
+            MediumChoice::Periodic => 1,
+            _ => 2,
         };
         (lines * self.nodes()).next_power_of_two()
     }
 
     /// The share of a cell that belongs to a node: half at the surface of a half-space.
     pub fn weight(&self, node: usize) -> f64 {
-        let is_at_surface = self.kind == MediumKind::HalfSpace && self.first_node == FirstNode::Surface;
+        let is_at_surface = self.kind == MediumChoice::HalfSpace && self.first_node == FirstNode::Surface;
         if node == 0 && is_at_surface { 0.5 } else { 1.0 }
     }
 

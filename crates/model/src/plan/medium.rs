@@ -1,9 +1,9 @@
 //! A fault line in a medium as a scenario describes it, and how it starts.
 
-use crate::body::medium::{Medium, MediumKind};
+use crate::body::medium::Medium;
 use crate::law::rate_and_state::RateAndState;
 use crate::scenario::Scenario;
-use crate::scenario::choices::{MediumChoice, Start};
+use crate::scenario::choices::Start;
 use crate::scenario::keys::List;
 
 /// From this on, `ln sinh x` is `x - ln 2` to `e^(-2 x)`, less than rounding.
@@ -28,14 +28,8 @@ impl FaultLine {
     pub(crate) fn of(scenario: &Scenario) -> Option<FaultLine> {
         let (keys, slider, velocity) = (&scenario.medium, &scenario.slider, scenario.drive.velocity_m_per_s);
         let law = scenario.contact_law().rate_and_state()?;
-        let kind = match slider.medium {
-            MediumChoice::None => return None,
-            MediumChoice::HalfSpace => MediumKind::HalfSpace,
-            MediumChoice::WholeSpace => MediumKind::WholeSpace,
-            MediumChoice::Periodic => MediumKind::Periodic { width_m: keys.width_m },
-        };
         let lists = keys.lists().map(|(_, list)| list);
-        if !lists.iter().all(|list| keys.has_values(list)) {
+        if !slider.is_in_medium() || !lists.iter().all(|list| keys.has_values(list)) {
             return None;
         }
         let (dz_m, nodes) = (slider.spacing_m(), 0..slider.blocks as usize);
@@ -68,7 +62,8 @@ impl FaultLine {
             nodes.map(|n| (phi, friction_pa(n, phi))).unzip()
         };
         let mut medium = Medium {
-            kind,
+            kind: slider.medium,
+            width_m: keys.width_m,
             first_node: keys.first_node,
             shear_modulus_pa: keys.shear_modulus_pa,
             density_kg_per_m3: keys.density_kg_per_m3,

@@ -7,7 +7,8 @@
 
 use std::f64::consts::PI;
 
-use asperity_model::body::medium::{FirstNode, Medium, MediumKind};
+use asperity_model::MediumChoice;
+use asperity_model::body::medium::{FirstNode, Medium};
 
 use crate::kernels;
 
@@ -45,22 +46,19 @@ impl Convolution {
             re.truncate(half + 1);
             re
         };
-        let (lags, spectrum) = match medium.kind {
-            MediumKind::Periodic { width_m } => {
-                let q = |n: usize| 2.0 * PI * n as f64 / (nodes as f64 * dz);
-                let symbol = |n| -0.5 * mu * libm::hypot(q(n), 2.0 * PI / width_m);
-                let spectrum: Vec<f64> = (0..=half).map(symbol).collect();
-                (transformed(spectrum.iter().map(|s| s / size as f64).collect()), spectrum)
-            }
-            MediumKind::HalfSpace | MediumKind::WholeSpace => {
-                let lag = |m: usize| (m % 2) as f64 * mu / (PI * (m * m) as f64 * dz);
-                let lags: Vec<f64> = [-PI * mu / (4.0 * dz)].into_iter().chain((1..=half).map(lag)).collect();
-                (lags.clone(), transformed(lags))
-            }
+        let (lags, spectrum) = if medium.kind == MediumChoice::Periodic {
+            let q = |n: usize| 2.0 * PI * n as f64 / (nodes as f64 * dz);
+            let symbol = |n| -0.5 * mu * libm::hypot(q(n), 2.0 * PI / medium.width_m);
+            let spectrum: Vec<f64> = (0..=half).map(symbol).collect();
+            (transformed(spectrum.iter().map(|s| s / size as f64).collect()), spectrum)
+        } else {
+            let lag = |m: usize| (m % 2) as f64 * mu / (PI * (m * m) as f64 * dz);
+            let lags: Vec<f64> = [-PI * mu / (4.0 * dz)].into_iter().chain((1..=half).map(lag)).collect();
+            (lags.clone(), transformed(lags))
         };
         let zeros = || [(); 2].map(|()| vec![0.0; half]);
         Convolution {
-            image: (medium.kind == MediumKind::HalfSpace)
+            image: (medium.kind == MediumChoice::HalfSpace)
                 .then_some(usize::from(medium.first_node == FirstNode::HalfCell)),
             lags,
             spectrum,
@@ -104,15 +102,17 @@ impl Convolution {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::body::medium::{FirstNode, Medium, MediumKind};
+    use asperity_model::MediumChoice;
+    use asperity_model::body::medium::{FirstNode, Medium};
 
     use super::Convolution;
     use crate::kernels::{by_all, product};
 
-    fn medium(kind: MediumKind, first_node: FirstNode, nodes: usize, spacing_m: f64) -> Medium {
+    fn medium(kind: MediumChoice, first_node: FirstNode, nodes: usize, spacing_m: f64) -> Medium {
         let of_nodes = || vec![1.0; nodes];
         Medium {
             kind,
+            width_m: 3e4,
             first_node,
             shear_modulus_pa: 30e9,
             density_kg_per_m3: 2670.0,
@@ -131,11 +131,11 @@ mod tests {
         stress
     }
 
-    const KINDS: [(MediumKind, FirstNode); 4] = [
-        (MediumKind::HalfSpace, FirstNode::Surface),
-        (MediumKind::HalfSpace, FirstNode::HalfCell),
-        (MediumKind::WholeSpace, FirstNode::Surface),
-        (MediumKind::Periodic { width_m: 3e4 }, FirstNode::HalfCell),
+    const KINDS: [(MediumChoice, FirstNode); 4] = [
+        (MediumChoice::HalfSpace, FirstNode::Surface),
+        (MediumChoice::HalfSpace, FirstNode::HalfCell),
+        (MediumChoice::WholeSpace, FirstNode::Surface),
+        (MediumChoice::Periodic, FirstNode::HalfCell),
     ];
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
         for (kind, first_node) in KINDS {
             for nodes in [2_usize, 4, 16, 64, 1024, 50, 333]
                 .into_iter()
-                .filter(|n| n.is_power_of_two() || !matches!(kind, MediumKind::Periodic { .. }))
+                .filter(|n| n.is_power_of_two() || kind != MediumChoice::Periodic)
             {
                 let medium = medium(kind, first_node, nodes, 25.0);
                 let w: Vec<f64> =
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn lags_are_those_of_another_code() {
         let lags =
-            Convolution::of(&medium(MediumKind::HalfSpace, FirstNode::HalfCell, 1024, 1e4 / 1024.0)).lags;
+            Convolution::of(&medium(MediumChoice::HalfSpace, FirstNode::HalfCell, 1024, 1e4 / 1024.0)).lags;
         for (m, expected) in [
             (0, -2412743336.2),
             (1, 977848099.61),
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn a_crack_has_its_drop_and_its_stress_outside() {
         for (per_c, share) in [(32, 6.6e-2), (128, 1.9e-2), (512, 2.3e-3), (2048, 3e-4)] {
-            for (kind, middle) in [(MediumKind::WholeSpace, 3 * per_c), (MediumKind::HalfSpace, 0)] {
+            for (kind, middle) in [(MediumChoice::WholeSpace, 3 * per_c), (MediumChoice::HalfSpace, 0)] {
                 let medium = medium(kind, FirstNode::Surface, middle + 3 * per_c, 1e4 / per_c as f64);
                 let z = |n: usize| (n as f64 - middle as f64) / per_c as f64;
                 let slip = |n: usize| 2e4 / 30e9 * (1.0 - z(n) * z(n)).max(0.0).sqrt();
@@ -214,7 +214,7 @@ mod tests {
     fn a_drop_has_the_slip_of_a_crack_less_a_share_of_a_cell() {
         for per_c in [16, 64] {
             let nodes = 2 * per_c - 1;
-            let medium = medium(MediumKind::WholeSpace, FirstNode::Surface, nodes, 1e4 / per_c as f64);
+            let medium = medium(MediumChoice::WholeSpace, FirstNode::Surface, nodes, 1e4 / per_c as f64);
             // Conjugate gradients, of -K.
             let apply = |x: &[f64]| -> Vec<f64> { stress(&medium, x).iter().map(|x| -x).collect() };
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

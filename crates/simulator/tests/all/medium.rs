@@ -3,7 +3,8 @@
 
 use std::f64::consts::PI;
 
-use asperity_model::body::medium::{FirstNode, Medium, MediumKind};
+use asperity_model::MediumChoice;
+use asperity_model::body::medium::{FirstNode, Medium};
 use asperity_model::law::laws::Law;
 use asperity_model::law::rate_and_state::{Evolution, RateAndState};
 use asperity_model::{Plan, RecordingPlan, SliderState};
@@ -51,7 +52,7 @@ fn line(
 }
 
 /// BP1-QD with nodes at these depths, in cells.
-fn bp1(kind: MediumKind, spacing_m: f64, depths: &[f64], years: f64) -> Plan {
+fn bp1(kind: MediumChoice, spacing_m: f64, depths: &[f64], years: f64) -> Plan {
     let (rho, c, sigma, b, slip_m, v, v0, f0) = (2670.0, 3464.0, 50e6, 0.015, 8e-3, 1e-9_f64, 1e-6, 0.6);
     let a = |z: f64| 0.01 + 0.015 * ((z.abs() - 15e3) / 3e3).clamp(0.0, 1.0);
     let eta = rho * c / 2.0;
@@ -63,6 +64,7 @@ fn bp1(kind: MediumKind, spacing_m: f64, depths: &[f64], years: f64) -> Plan {
     let phi = direct_effect.iter().map(|a| (psi(a) - f0) / b).collect();
     let medium = Medium {
         kind,
+        width_m: 0.0,
         first_node: FirstNode::Surface,
         shear_modulus_pa: rho * c * c,
         density_kg_per_m3: rho,
@@ -78,7 +80,7 @@ fn bp1(kind: MediumKind, spacing_m: f64, depths: &[f64], years: f64) -> Plan {
 
 fn half_space(spacing_m: f64, years: f64) -> Plan {
     let depths: Vec<f64> = (0..(40e3 / spacing_m) as usize).map(|n| n as f64).collect();
-    bp1(MediumKind::HalfSpace, spacing_m, &depths, years)
+    bp1(MediumChoice::HalfSpace, spacing_m, &depths, years)
 }
 
 /// An event, of which the ends are where the logarithm of the largest speed, linear between steps, is that of 1 mm/s.
@@ -197,7 +199,8 @@ fn the_fault_of_tse_and_rice_slips_when_it_does_in_qdyn() {
     let stress =
         |n: usize| sigma[n] * a[n] * (0.5 * ((f0 + b[n] * phi) / a[n]).exp()).asinh() + mu / (2.0 * c) * v;
     let medium = Medium {
-        kind: MediumKind::HalfSpace,
+        kind: MediumChoice::HalfSpace,
+        width_m: 0.0,
         first_node: FirstNode::HalfCell,
         shear_modulus_pa: mu,
         density_kg_per_m3: mu / (c * c),
@@ -258,7 +261,7 @@ fn a_rupture_passes_nodes_as_in_another_program() {
 fn a_whole_space_with_the_mirror_image_is_a_half_space() {
     let half = half_space(200.0, 193.9);
     let depths: Vec<f64> = (-199..200).map(f64::from).collect();
-    let whole = bp1(MediumKind::WholeSpace, 200.0, &depths, 193.9);
+    let whole = bp1(MediumChoice::WholeSpace, 200.0, &depths, 193.9);
     let [half, whole] = [(half, 0), (whole, 199)].map(|(plan, surface)| {
         let event = |units: u64| {
             let mut plan = solved(plan.clone(), surface);
@@ -315,7 +318,8 @@ fn uniform(velocity: f64, tolerance: f64, evolution: Evolution, w_m: &[f64], dur
     let phi = (v0 / velocity).ln();
     let steady = sigma * (f0 + (a - b) * (velocity / v0).ln()) + 0.5 * rho * c * velocity;
     let medium = Medium {
-        kind: MediumKind::Periodic { width_m: 1e12 },
+        kind: MediumChoice::Periodic,
+        width_m: 1e12,
         first_node: FirstNode::HalfCell,
         shear_modulus_pa: rho * c * c,
         density_kg_per_m3: rho,
@@ -381,7 +385,8 @@ fn a_uniform_periodic_line_is_a_slider() {
     let v_init = 1.01 * v;
     let stress = 5e6 * (0.6 + 0.01 * f64::ln(1.01)) + mu / (2.0 * c) * v_init;
     let medium = Medium {
-        kind: MediumKind::Periodic { width_m: PI * mu / k },
+        kind: MediumChoice::Periodic,
+        width_m: PI * mu / k,
         first_node: FirstNode::HalfCell,
         shear_modulus_pa: mu,
         density_kg_per_m3: mu / (c * c),
@@ -420,7 +425,8 @@ fn onsets_of_an_asperity(nodes: usize, event_speed: f64) -> Vec<f64> {
     let velocity: Vec<f64> = raised.iter().map(|raised| v * raised / mean).collect();
     let stress = |(a, start): (&f64, &f64)| sigma * (f0 + a * (start / v).ln()) + mu / (2.0 * c) * start;
     let medium = Medium {
-        kind: MediumKind::Periodic { width_m: 50e3 },
+        kind: MediumChoice::Periodic,
+        width_m: 50e3,
         first_node: FirstNode::HalfCell,
         shear_modulus_pa: mu,
         density_kg_per_m3: mu / (c * c),

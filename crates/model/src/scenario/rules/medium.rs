@@ -57,11 +57,8 @@ pub(super) fn a_fault_line_is_known(scenario: &Scenario, refusals: &mut Refusals
     } else if !stations_m.is_empty() && (is_below || !scenario.series_nodes().is_sorted_by(|a, b| a < b)) {
         let accepted =
             format!("ascending depths to {bottom_m}, of nodes {} m apart", short(slider.spacing_m()));
-        refusals.refuse(
-            "recording.stations_m",
-            format!("{stations_m:?} are not those of as many nodes"),
-            accepted,
-        );
+        let problem = format!("{stations_m:?} are not those of as many nodes");
+        refusals.refuse("recording.stations_m", problem, accepted);
     }
     let fault = FaultLine::of(scenario).filter(|_| refusals.errors.is_empty());
     let Some(FaultLine { medium, states, .. }) = fault else { return };

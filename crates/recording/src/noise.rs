@@ -1,6 +1,7 @@
 //! The pass over a stream, once the scatter of its channels is known from a few samples: what is wrong with them, what
 //! they read in short, and the steps of sensors.
 
+use std::array::from_fn;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -125,29 +126,31 @@ struct Extremes {
     /// Of each channel the least and the largest.
     runs: Vec<[Run; 2]>,
     quantum: [f64; LANES],
-    last: [f64; LANES],
+    /// The last sample, and how much it differs from the one before.
+    last: [[f64; LANES]; 2],
 }
 
 impl Extremes {
     fn new(channels: usize) -> Extremes {
         let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels];
-        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [f64::NAN; LANES] }
+        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [[f64::NAN; LANES]; 2] }
     }
 
     /// Adds the samples from one on. Returns the least, the sum and the largest of them.
     fn extend(&mut self, rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
         let samples = rows.block.lanes(group, (first - rows.first) as usize);
-        let [least, sum, most] = reduce(samples.clone(), &mut self.last, &mut self.quantum);
+        let [least, sum, most, change] = reduce(samples.clone(), &mut self.last, &mut self.quantum);
         for (n, runs) in self.runs.iter_mut().enumerate() {
             let are_beyond = [least[n] < runs[0].value, most[n] > runs[1].value];
             for ((run, extreme), is_beyond) in runs.iter_mut().zip([least[n], most[n]]).zip(are_beyond) {
                 if is_beyond {
                     *run = Run::of(extreme);
                 }
-                if extreme == run.value {
+                if change[n] == 0.0 && extreme == run.value {
                     samples.clone().zip(first..).for_each(|(lanes, sample)| run.add(lanes[n], sample));
                 } else {
-                    run.length = 0;
+                    let [last, step] = self.last.map(|of| of[n]);
+                    run.length = if last == run.value { 1 + u64::from(step == 0.0) } else { 0 };
                 }
             }
         }
@@ -155,27 +158,28 @@ impl Extremes {
     }
 }
 
-/// Least, sum and largest of samples; lessens the quanta by the differences between them that are not 0.
+/// Least, sum and largest of samples, and the least change through [`CLIPPED`] of them; lessens the quanta by the
+/// differences between samples that are not 0.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn reduce<'a>(
     samples: impl Iterator<Item = &'a [f64; LANES]>,
-    last: &mut [f64; LANES],
+    last: &mut [[f64; LANES]; 2],
     quantum: &mut [f64; LANES],
-) -> [[f64; LANES]; 3] {
-    let (mut before, mut quanta) = (*last, *quantum);
+) -> [[f64; LANES]; 4] {
+    let ([mut before, mut step], mut quanta) = (*last, *quantum);
     let (mut least, mut sum, mut most) = ([f64::INFINITY; LANES], [0.0; LANES], [f64::NEG_INFINITY; LANES]);
+    let mut change = least;
     for values in samples {
-        for n in 0..LANES {
-            least[n] = lesser(least[n], values[n]);
-            most[n] = larger(most[n], values[n]);
-            sum[n] += values[n];
-            let step = (values[n] - before[n]).abs();
-            quanta[n] = lesser(quanta[n], if step > 0.0 { step } else { f64::INFINITY });
-        }
-        before = *values;
+        least = from_fn(|n| lesser(least[n], values[n]));
+        most = from_fn(|n| larger(most[n], values[n]));
+        sum = from_fn(|n| sum[n] + values[n]);
+        let next: [f64; LANES] = from_fn(|n| (values[n] - before[n]).abs());
+        quanta = from_fn(|n| lesser(quanta[n], if next[n] > 0.0 { next[n] } else { f64::INFINITY }));
+        change = from_fn(|n| lesser(change[n], step[n] + next[n]));
+        (before, step) = (*values, next);
     }
-    (*last, *quantum) = (before, quanta);
-    [least, sum, most]
+    (*last, *quantum) = ([before, step], quanta);
+    [least, sum, most, change]
 }
 
 impl Recording {

@@ -16,15 +16,17 @@ pub(crate) const LANES: usize = 8;
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     channels: usize,
-    /// Of the samples, and room behind them.
-    lanes: Vec<[f64; LANES]>,
+    /// Those of the samples from this place on, with room behind them. It begins a line of the processor's cache, so that
+    /// the lanes of a group lie in one.
+    numbers: Vec<f64>,
+    from: usize,
     samples: usize,
 }
 
 impl Block {
     /// Without samples.
     pub(crate) fn new(channels: usize) -> Block {
-        Block { channels, lanes: Vec::new(), samples: 0 }
+        Block { channels, numbers: Vec::new(), from: 0, samples: 0 }
     }
 
     /// How many samples each channel has.
@@ -44,22 +46,25 @@ impl Block {
 
     /// All numbers, those of a sample side by side.
     pub(crate) fn numbers(&mut self) -> &mut [f64] {
-        let lanes = self.samples * self.groups();
-        self.lanes[..lanes].as_flattened_mut()
+        let numbers = self.samples * self.stride();
+        &mut self.numbers[self.from..][..numbers]
     }
 
     /// Changes the number of samples; new ones have any numbers until they are written.
     pub(crate) fn resize(&mut self, samples: usize) {
-        let lanes = samples * self.groups();
-        if lanes > self.lanes.len() {
-            self.lanes.resize(lanes, [0.0; LANES]);
+        let numbers = samples * self.stride();
+        if numbers > self.numbers.len() - self.from {
+            let mut room = vec![0.0; numbers.next_power_of_two() + LANES];
+            let from = room.as_ptr().align_offset(size_of::<[f64; LANES]>()).min(LANES);
+            room[from..][..self.samples * self.stride()].copy_from_slice(self.numbers());
+            (self.numbers, self.from) = (room, from);
         }
         self.samples = samples;
     }
 
     /// A sample of all channels.
     pub(crate) fn sample(&self, sample: usize) -> &[f64] {
-        &self.lanes.as_flattened()[sample * self.stride()..][..self.channels]
+        &self.numbers[self.from + sample * self.stride()..][..self.channels]
     }
 
     /// Adds a sample, of as many channels as there are, the first ones of those that are given.
@@ -81,21 +86,22 @@ impl Block {
         group: usize,
         from: usize,
     ) -> impl ExactSizeIterator<Item = &[f64; LANES]> + Clone {
+        let lanes = self.numbers[self.from..].as_chunks().0;
         let samples = from * self.groups()..self.samples * self.groups();
-        self.lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
+        lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
     }
 
     /// Becomes a copy of another block from a sample on.
     pub(crate) fn copy(&mut self, of: &Block, from: usize) {
         self.resize(of.samples - from);
-        let groups = self.groups();
-        self.lanes[..self.samples * groups].copy_from_slice(&of.lanes[from * groups..of.samples * groups]);
+        let (from, numbers) = (of.from + from * of.stride(), self.numbers());
+        numbers.copy_from_slice(&of.numbers[from..][..numbers.len()]);
     }
 
     /// Leaves out the first samples.
     pub(crate) fn drop_first(&mut self, samples: usize) {
-        let (dropped, groups) = (samples.min(self.samples), self.groups());
-        self.lanes.copy_within(dropped * groups..self.samples * groups, 0);
+        let (dropped, stride) = (samples.min(self.samples), self.stride());
+        self.numbers().copy_within(dropped * stride.., 0);
         self.samples -= dropped;
     }
 }

@@ -104,3 +104,25 @@ fn segments_at_the_same_time_are_refused_and_others_need_no_order() {
     assert!(error.contains(due), "{error}");
     assert_eq!(find("0.001\n0.0001\n").unwrap().steps().flat_map(|record| record.switches).count(), 8);
 }
+
+#[test]
+fn clipped_samples_are_counted_across_blocks() {
+    let folder = tempfile::tempdir().unwrap();
+    let flat = |from: usize, count: usize| move |n: usize| (from..from + count).contains(&n);
+    // Blocks end before 1000, 2000 and 3000. Two in a row are none; those at another level are no extreme.
+    let high = [flat(998, 5), flat(1999, 3), flat(2500, 2), flat(3000, 4)];
+    let low = [flat(1500, 7), flat(2998, 2)];
+    let value = |n: usize, has: bool| match n {
+        _ if has && high.iter().any(|is| is(n)) => 40.0,
+        _ if has && low.iter().any(|is| is(n)) => -30.0,
+        700..710 => 5.0,
+        _ => (n * n % 13) as f32,
+    };
+    let samples = (0..4000).flat_map(|n| [value(n, false), value(n, true)]);
+    fs::write(folder.path().join("a.raw"), samples.flat_map(f32::to_le_bytes).collect::<Vec<u8>>()).unwrap();
+    let due = [
+        ": sample 1500: 2 = -30: clipped at -30, 7 samples (accepted: a range that the signal does not leave)",
+        ": sample 998: 2 = 40: clipped at 40, 12 samples (accepted: a range that the signal does not leave)",
+    ];
+    warnings(detect(folder.path(), AREA, 2, ""), &due);
+}

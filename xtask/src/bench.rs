@@ -31,6 +31,7 @@ together take about twenty minutes. Parts:
   seas            a fault line in a medium, of 400 to 6,400 nodes
   studies         asperity sweep run, beside bare solvers in as many processes
   logs            writing and reading run logs
+  recordings      reading recordings, beside cat of the same files
   diff            comparing event tables of up to a million events
   chapter5        asperity reproduce pipelines/chapter5.toml
 

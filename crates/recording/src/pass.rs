@@ -1,9 +1,6 @@
 //! Passes over the samples of a stream, from front to back.
 
-use std::mem;
 use std::ops::Range;
-use std::sync::mpsc;
-use std::thread;
 
 use crate::description::Channel;
 use crate::error::RecordingError;
@@ -11,9 +8,6 @@ use crate::recording::Recording;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Rows, Samples};
 use crate::survey::BLOCK;
-
-/// Bytes of samples that are read while those before them are visited.
-const AHEAD_BYTES: usize = 1 << 20;
 
 /// How far all passes over the samples have come.
 pub(crate) struct Progress<'a> {
@@ -70,20 +64,6 @@ impl<'a> Ranges<'a> {
         Ok(Rows { first: self.first, block: &self.kept })
     }
 
-    /// Takes samples with a range of a part out, and goes on in `room` with those from one on.
-    fn take(
-        &mut self,
-        part: usize,
-        samples: &Range<u64>,
-        kept: u64,
-        mut room: Block,
-    ) -> Result<(u64, Block), RecordingError> {
-        let first = self.rows(part, samples)?.first;
-        room.copy(&self.kept, (kept - first) as usize);
-        self.first = kept;
-        Ok((first, mem::replace(&mut self.kept, room)))
-    }
-
     /// Adds samples of the file of the part, which do not lie before those read last.
     fn read(&mut self, samples: Range<u64>) -> Result<(), RecordingError> {
         let Ranges { recording, stream, channels, open, part, kept, .. } = self;
@@ -109,7 +89,7 @@ impl<'a> Ranges<'a> {
 
 impl Recording {
     /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
-    /// there, so many before that, and whether they are its last. The next ones are read meanwhile.
+    /// there, so many before that, and whether they are its last.
     pub(crate) fn pass(
         &self,
         stream: usize,
@@ -118,40 +98,21 @@ impl Recording {
         progress: &mut Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
-        let numbers = Block::new(channels.len()).stride() * BLOCK;
-        let blocks = (AHEAD_BYTES / (numbers * size_of::<f64>())).max(before as usize / BLOCK).max(1);
-        let parts = &self.streams[stream].parts;
-        thread::scope(|scope| {
-            let (give, read) = mpsc::sync_channel(1);
-            let (give_back, visited) = mpsc::channel();
-            scope.spawn(move || {
-                let mut ranges = Ranges::new(self, stream, channels.to_vec());
-                for part in self.order(stream) {
-                    for first in (0..parts[part].samples).step_by(blocks * BLOCK) {
-                        let end = parts[part].samples.min(first + (blocks * BLOCK) as u64);
-                        let [from, kept] = [first, end].map(|sample| sample.saturating_sub(before));
-                        let room = visited.try_recv().unwrap_or_else(|_| Block::new(channels.len()));
-                        let rows = ranges.take(part, &(from..end), kept, room);
-                        let is_last = rows.is_err();
-                        // Whoever visits may have enough.
-                        if give.send(rows.map(|rows| (part, first..end, rows))).is_err() || is_last {
-                            return;
-                        }
-                    }
-                }
-            });
-            for rows in read {
-                let (part, samples, (from, mut block)) = rows?;
-                for first in samples.clone().step_by(BLOCK) {
-                    let end = samples.end.min(first + BLOCK as u64);
-                    block.resize((end - from) as usize);
-                    visit(part, first, &Rows { first: from, block: &block }, end == parts[part].samples)?;
-                    progress.add(end - first)?;
-                }
-                drop(give_back.send(block));
+        let mut ranges = Ranges::new(self, stream, channels.to_vec());
+        for part in self.order(stream) {
+            let samples = self.streams[stream].parts[part].samples;
+            for first in (0..samples).step_by(BLOCK) {
+                let end = samples.min(first + BLOCK as u64);
+                visit(
+                    part,
+                    first,
+                    &ranges.rows(part, &(first.saturating_sub(before)..end))?,
+                    end == samples,
+                )?;
+                progress.add(end - first)?;
             }
-            Ok(())
-        })
+        }
+        Ok(())
     }
 
     fn samples(

@@ -91,13 +91,6 @@ impl Block {
         lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
     }
 
-    /// Becomes a copy of another block from a sample on.
-    pub(crate) fn copy(&mut self, of: &Block, from: usize) {
-        self.resize(of.samples - from);
-        let (from, numbers) = (of.from + from * of.stride(), self.numbers());
-        numbers.copy_from_slice(&of.numbers[from..][..numbers.len()]);
-    }
-
     /// Leaves out the first samples.
     pub(crate) fn drop_first(&mut self, samples: usize) {
         let (dropped, stride) = (samples.min(self.samples), self.stride());

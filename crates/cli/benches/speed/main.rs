@@ -15,6 +15,7 @@ mod junctions;
 mod logs;
 mod pays;
 mod rate_and_state;
+mod recordings;
 mod seas;
 mod slabs;
 mod studies;
@@ -36,7 +37,7 @@ const ROUNDS: usize = 5;
 const LOOP_STEPS: u64 = 2_000_000;
 
 /// The available measurements, by name.
-const PARTS: [(&str, fn()); 14] = [
+const PARTS: [(&str, fn()); 15] = [
     ("runs", whole_runs),
     ("chains", long_chains),
     ("switches", chains::switches),
@@ -49,6 +50,7 @@ const PARTS: [(&str, fn()); 14] = [
     ("seas", seas::seas),
     ("studies", studies::studies),
     ("logs", logs::logs),
+    ("recordings", recordings::recordings),
     ("diff", diff::tables),
     ("chapter5", whole_chapter),
 ];

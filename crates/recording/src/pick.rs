@@ -112,11 +112,7 @@ impl Finders {
         found: &mut dyn FnMut(usize, Ramp),
     ) {
         let Finders { window, of, steps } = self;
-        loop {
-            let first = window.advance(rows, group, u64::MAX, steps);
-            if steps.is_empty() {
-                break;
-            }
+        while let Some(first) = window.advance(rows, group, u64::MAX, steps) {
             // Of all together first, since most have none.
             let [least, most] = window.extremes;
             for (n, finder) in of.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! Records for people and figures beside the steps: what all channels read, in a thousandth of the numbers, and the
 //! samples about each rupture.
 
-use std::io::{self, BufReader, Read, Seek, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::iter;
 
 use asperity_detect::Slipped;
@@ -22,11 +22,11 @@ const MOST_VALUES: usize = 1 << 17;
 
 /// The least, mean and largest of the channels of a stream in each block of samples, in the order of reading.
 #[derive(Debug)]
-pub(crate) struct Signals(Spool);
+pub(crate) struct Signals(BufWriter<Spool>);
 
 impl Signals {
     pub(crate) fn new() -> Signals {
-        Signals(asperity_files::spool(IN_MEMORY))
+        Signals(BufWriter::new(asperity_files::spool(IN_MEMORY)))
     }
 
     /// Adds a block.
@@ -50,7 +50,7 @@ impl Recording {
         let blocks = self.order(stream).into_iter().flat_map(|part| {
             (0..surveyed.parts[part].samples).step_by(BLOCK).map(move |first| (part, first))
         });
-        let (rewound, mut spool) = (signals.0.rewind(), BufReader::new(&mut signals.0));
+        let (rewound, mut spool) = (signals.0.rewind(), BufReader::new(signals.0.get_mut()));
         let mut bytes = vec![0; 24 * self.description.streams[stream].channels().count()];
         let record = move |(part, first): (usize, u64)| {
             let of = &surveyed.parts[part];

@@ -49,25 +49,24 @@ impl Window {
         self.next = self.next.max(of.start / SUMMED * SUMMED);
         let mut steps = Vec::new();
         while self.next < of.end {
-            let first = self.advance(rows, group, of.end, &mut steps);
+            let Some(first) = self.advance(rows, group, of.end, &mut steps) else { break };
             values.extend(steps.iter().skip(of.start.saturating_sub(first) as usize));
         }
     }
 
     /// Replaces steps by the next ones of a group of channels, up to an index, as far as there are samples. Returns the
-    /// index of the first; there are none at the end.
+    /// index of the first; none at the end.
     pub(crate) fn advance(
         &mut self,
         rows: &Rows<'_>,
         group: usize,
         until: u64,
         steps: &mut Vec<[f64; LANES]>,
-    ) -> u64 {
+    ) -> Option<u64> {
         let (w, first) = (self.width, self.next);
         let until = until.min((rows.end() + 1).saturating_sub(w));
         if first >= until {
-            steps.clear();
-            return first;
+            return None;
         }
         let restarts = first == w || first.is_multiple_of(SUMMED);
         let from = first + u64::from(restarts);
@@ -84,7 +83,7 @@ impl Window {
         let samples = [from - 1 - w, from - 1, from + w - 1].map(lanes);
         slide(samples, &mut self.sums, &mut steps[(from - first) as usize..], w, &mut self.extremes);
         self.next = to;
-        first
+        Some(first)
     }
 }
 
@@ -204,13 +203,9 @@ mod tests {
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
         let (mut window, mut found, mut steps) = (Window::new(width), Vec::new(), Vec::new());
         pass(samples, width, each, &mut |rows| {
-            loop {
-                let first = window.advance(rows, 0, u64::MAX, &mut steps);
+            while let Some(first) = window.advance(rows, 0, u64::MAX, &mut steps) {
                 found.extend((first..).zip(&steps).map(|(index, step)| (index, step[0])));
                 assert!(steps.iter().all(|step| *step == [step[0]; LANES]));
-                if steps.is_empty() {
-                    break;
-                }
             }
         });
         found

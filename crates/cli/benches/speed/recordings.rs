@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::{ROUNDS, asperity, median, watched};
 
 /// Samples of each of 20 channels, 1 GB in all, by the name of their numbers.
-const KINDS: [(&str, u32); 2] = [("<i2", 25_000_000), ("<f4", 12_500_000)];
+const KINDS: [(&str, u32); 3] = [("<i2", 25_000_000), ("<f4", 12_500_000), ("<f8", 6_250_000)];
 const CHANNELS: u32 = 20;
 
 /// Samples from one step, of all channels, to the next.
@@ -39,7 +39,8 @@ fn write(folder: &Path, numbers: &str, samples: u32) -> std::io::Result<()> {
             let noise: i16 = state.to_le_bytes().into_iter().map(|byte| i16::from(byte & 63)).sum();
             match numbers {
                 "<i2" => file.write_all(&(level + noise).to_le_bytes())?,
-                _ => file.write_all(&f32::from(level + noise).to_le_bytes())?,
+                "<f4" => file.write_all(&f32::from(level + noise).to_le_bytes())?,
+                _ => file.write_all(&f64::from(level + noise).to_le_bytes())?,
             }
         }
     }

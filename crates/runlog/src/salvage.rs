@@ -326,27 +326,36 @@ impl<'a> Walk<'a> {
         Ok(salvaged)
     }
 
-    /// The messages of a chunk on topics that are announced.
-    fn messages(&self, at: u64, mut chunk: Chunk) -> Result<Vec<Sound<'a>>, LogProblem> {
-        let mut messages = Vec::new();
+    /// The messages of a chunk on topics that are announced. All must be sound; those behind later ones are left out.
+    fn messages(&mut self, at: u64, mut chunk: Chunk) -> Result<Vec<Sound<'a>>, LogProblem> {
+        let (mut messages, mut left_out) = (Vec::new(), 0);
         while let Some((opcode, body)) = chunk.next_record()? {
             if let Record::Message { header: head, data } = parse(opcode, body, at)?
                 && let Some(Topic { topic, .. }) = self.channels.get(&head.channel_id)
             {
                 let message = Message::read(self.header, topic, &head, &data)?;
-                messages.push(Sound { topic, head, payload: data.into_owned(), message });
+                match self.is_behind(topic, &head) {
+                    true => left_out += 1,
+                    false => messages.push(Sound { topic, head, payload: data.into_owned(), message }),
+                }
             }
         }
+        self.left_out += left_out;
         Ok(messages)
     }
 
+    /// Whether a message stands behind a later one.
+    fn is_behind(&self, topic: &str, head: &MessageHeader) -> bool {
+        head.log_time < self.last_ns || self.next.get(topic).is_some_and(|(next, _)| head.sequence < *next)
+    }
+
     fn take(&mut self, sound: Sound<'a>, keep: &mut Keep<'_>) -> Result<(), SalvageError> {
-        let MessageHeader { sequence, log_time, .. } = sound.head;
-        let (next, borders) = self.next.get(sound.topic).copied().unwrap_or_default();
-        if sequence < next || log_time < self.last_ns {
+        if self.is_behind(sound.topic, &sound.head) {
             self.left_out += 1;
             return Ok(());
         }
+        let MessageHeader { sequence, log_time, .. } = sound.head;
+        let (next, borders) = self.next.get(sound.topic).copied().unwrap_or_default();
         if sequence > next {
             self.lose(sound.topic, u64::from(sequence - next), borders);
         }

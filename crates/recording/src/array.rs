@@ -204,7 +204,7 @@ impl Stored {
     }
 }
 
-/// All of them, without a branch at each.
+/// Whether all numbers are finite, without a branch at each.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn are_finite(numbers: &[f64]) -> bool {
     numbers.iter().fold(true, |all, number| all & number.is_finite())

@@ -103,12 +103,8 @@ impl Recording {
             let samples = self.streams[stream].parts[part].samples;
             for first in (0..samples).step_by(BLOCK) {
                 let end = samples.min(first + BLOCK as u64);
-                visit(
-                    part,
-                    first,
-                    &ranges.rows(part, &(first.saturating_sub(before)..end))?,
-                    end == samples,
-                )?;
+                let rows = ranges.rows(part, &(first.saturating_sub(before)..end))?;
+                visit(part, first, &rows, end == samples)?;
                 progress.add(end - first)?;
             }
         }

@@ -1,5 +1,5 @@
-//! How fast recordings are read, against `cat` of the same file, which is in memory. By the clock, since reading, hashing
-//! and searching run at once.
+//! How fast recordings are read, against `cat` of the same file, which is in memory. By the clock, since files are hashed
+//! while they are searched.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};

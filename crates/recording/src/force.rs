@@ -8,6 +8,7 @@ use asperity_record::LoadDrop;
 use crate::description::Channel;
 use crate::line::Line;
 use crate::noise::{OfPart, plateaus};
+use crate::pass::Piece;
 use crate::pick::{Finders, Search};
 use crate::ramp::Ramp;
 use crate::samples::Rows;
@@ -87,9 +88,10 @@ impl Forces<'_> {
 
     /// Adds samples of a part from `first` on, the last ones of the rows: finds ramps, and drops as soon as their lines
     /// are known.
-    pub(crate) fn extend(&mut self, part: usize, first: u64, rows: &Rows<'_>, is_last: bool) {
+    pub(crate) fn extend(&mut self, piece: &Piece, first: u64, rows: &Rows<'_>, is_last: bool) {
+        let part = piece.part;
         if first == 0 {
-            (self.judged, self.finder) = (0, Finders::new(&self.searches[part..=part]));
+            (self.judged, self.finder) = (0, Finders::new(&self.searches[part..=part], piece));
         }
         let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
         self.finder.extend(rows, FORCE, is_last, &mut |_, ramp| {

@@ -2,7 +2,8 @@
 //! they read in short, and the steps of sensors.
 
 use std::array::from_fn;
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use asperity_record::{LoadNoise, Measured, Noise, Row};
@@ -11,7 +12,7 @@ use multiversion::multiversion;
 use crate::arrival;
 use crate::description::{Channel, Role};
 use crate::error::{InputFault, RecordingError};
-use crate::pass::{Progress, Ranges};
+use crate::pass::{PIECE, Piece, Progress, Ranges};
 use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
 use crate::recording::{Recording, SHORTEST_PART, Told};
@@ -46,9 +47,14 @@ pub(crate) struct Heard {
 }
 
 impl OfPart {
+    /// Of a sample.
+    fn noise(&self) -> f64 {
+        self.scatter.noise(self.width)
+    }
+
     /// Learns what the whole part has shown.
     fn judge(&mut self, extremes: &Extremes, lane: usize) {
-        let (runs, noise) = (extremes.runs[lane], self.scatter.noise(self.width));
+        let (runs, noise) = (extremes.runs[lane], self.noise());
         self.is_coarse = noise > 0.0 && extremes.quantum[lane] > noise;
         // Where steps between numbers may leave equal samples, none is tested.
         let is_tested = !self.is_coarse && runs[0].value < runs[1].value;
@@ -95,8 +101,6 @@ pub(crate) fn plateaus(rows: &Rows<'_>, channel: usize, ramp: &Ramp) -> [f64; 2]
 #[derive(Debug, Clone, Copy)]
 struct Run {
     value: f64,
-    /// How many samples in a row have it, up to the last one.
-    length: u64,
     /// How many are in rows of [`CLIPPED`] or more, and the first of them.
     clipped: u64,
     first: u64,
@@ -104,19 +108,28 @@ struct Run {
 
 impl Run {
     fn of(value: f64) -> Run {
-        Run { value, length: 0, clipped: 0, first: 0 }
+        Run { value, clipped: 0, first: 0 }
     }
 
-    /// Adds the next sample, the one with this number.
-    fn add(&mut self, value: f64, sample: u64) {
-        self.length = if value == self.value { self.length + 1 } else { 0 };
-        if self.length == CLIPPED && self.clipped == 0 {
-            self.first = sample + 1 - CLIPPED;
+    /// Adds samples from a place on, of which those before `from` were added.
+    fn extend(&mut self, samples: impl Iterator<Item = f64>, place: u64, from: u64) {
+        let mut length = 0;
+        for (sample, value) in (place..).zip(samples) {
+            length = if value == self.value { length + 1 } else { 0 };
+            if length >= CLIPPED && sample >= from {
+                self.first = if self.clipped == 0 { sample + 1 - CLIPPED } else { self.first };
+                self.clipped += if length == CLIPPED { CLIPPED } else { 1 };
+            }
         }
-        self.clipped += match self.length {
-            CLIPPED => CLIPPED,
-            length => u64::from(length > CLIPPED),
-        };
+    }
+
+    /// With that of the samples behind, both at the least or at the largest.
+    fn with(self, next: Run, is_largest: bool) -> Run {
+        if next.value == self.value {
+            let first = if self.clipped == 0 { next.first } else { self.first };
+            return Run { clipped: self.clipped + next.clipped, first, ..self };
+        }
+        if (next.value > self.value) == is_largest { next } else { self }
     }
 }
 
@@ -125,61 +138,91 @@ impl Run {
 struct Extremes {
     /// Of each channel the least and the largest.
     runs: Vec<[Run; 2]>,
+    /// Exact as long as it is above the noise.
     quantum: [f64; LANES],
-    /// The last sample, and how much it differs from the one before.
-    last: [[f64; LANES]; 2],
+    noise: [f64; LANES],
 }
 
 impl Extremes {
-    fn new(channels: usize) -> Extremes {
-        let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels];
-        Extremes { runs, quantum: [f64::INFINITY; LANES], last: [[f64::NAN; LANES]; 2] }
+    /// Of channels with that noise.
+    fn new(channels: &[Vec<OfPart>]) -> Extremes {
+        let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels.len()];
+        let noise = |n| channels.get(n).into_iter().flatten().map(OfPart::noise).filter(|noise| *noise > 0.0);
+        let noise = from_fn(|n| noise(n).fold(f64::INFINITY, f64::min));
+        Extremes { runs, quantum: [f64::INFINITY; LANES], noise }
     }
 
-    /// Adds the samples from one on. Returns the least, the sum and the largest of them.
+    /// Adds the samples from one on, given [`CLIPPED`] before it. Returns the least, the sum and the largest of them.
     fn extend(&mut self, rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
-        let samples = rows.block.lanes(group, (first - rows.first) as usize);
-        let [least, sum, most, change] = reduce(samples.clone(), &mut self.last, &mut self.quantum);
-        for (n, runs) in self.runs.iter_mut().enumerate() {
-            let are_beyond = [least[n] < runs[0].value, most[n] > runs[1].value];
-            for ((run, extreme), is_beyond) in runs.iter_mut().zip([least[n], most[n]]).zip(are_beyond) {
-                if is_beyond {
-                    *run = Run::of(extreme);
-                }
-                if change[n] == 0.0 && extreme == run.value {
-                    samples.clone().zip(first..).for_each(|(lanes, sample)| run.add(lanes[n], sample));
-                } else {
-                    let [last, step] = self.last.map(|of| of[n]);
-                    run.length = if last == run.value { 1 + u64::from(step == 0.0) } else { 0 };
+        let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
+        let [least, sum, most] = reduce(lanes(first));
+        let Extremes { runs, quantum, noise } = self;
+        let mut touched = runs.iter().zip(least.iter().zip(&most));
+        let is_new =
+            |([a, b], (least, most)): (&[Run; 2], (&f64, &f64))| *least <= a.value || *most >= b.value;
+        if touched.any(is_new) || quantum.iter().zip(noise).any(|(quantum, noise)| quantum > noise) {
+            let place = first.saturating_sub(CLIPPED).max(rows.first);
+            let change = changes(lanes(place), quantum);
+            for (n, runs) in runs.iter_mut().enumerate() {
+                for ((run, extreme), is_largest) in
+                    runs.iter_mut().zip([least[n], most[n]]).zip([false, true])
+                {
+                    let mut next = Run::of(extreme);
+                    if change[n] == 0.0 && run.with(next, is_largest).value == extreme {
+                        next.extend(lanes(place).map(|lanes| lanes[n]), place, first);
+                    }
+                    *run = run.with(next, is_largest);
                 }
             }
         }
         [least, sum, most]
     }
+
+    /// Adds those of the samples behind.
+    fn join(&mut self, next: &Extremes) {
+        self.quantum = from_fn(|n| lesser(self.quantum[n], next.quantum[n]));
+        for ([least, most], next) in self.runs.iter_mut().zip(&next.runs) {
+            (*least, *most) = (least.with(next[0], false), most.with(next[1], true));
+        }
+    }
 }
 
-/// Least, sum and largest of samples, and the least change through [`CLIPPED`] of them; lessens the quanta by the
-/// differences between samples that are not 0.
+/// Least, sum and largest of samples.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn reduce<'a>(
-    samples: impl Iterator<Item = &'a [f64; LANES]>,
-    last: &mut [[f64; LANES]; 2],
-    quantum: &mut [f64; LANES],
-) -> [[f64; LANES]; 4] {
-    let ([mut before, mut step], mut quanta) = (*last, *quantum);
+fn reduce<'a>(mut samples: impl Iterator<Item = &'a [f64; LANES]>) -> [[f64; LANES]; 3] {
     let (mut least, mut sum, mut most) = ([f64::INFINITY; LANES], [0.0; LANES], [f64::NEG_INFINITY; LANES]);
-    let mut change = least;
+    // By pairs, so that half as many wait for the one before.
+    while let Some(a) = samples.next() {
+        let [b, added] = samples.next().map_or([a, &[0.0; LANES]], |b| [b, b]);
+        least = from_fn(|n| lesser(least[n], lesser(a[n], b[n])));
+        most = from_fn(|n| larger(most[n], larger(a[n], b[n])));
+        sum = from_fn(|n| sum[n] + (a[n] + added[n]));
+    }
+    [least, sum, most]
+}
+
+/// The least change through [`CLIPPED`] samples; lessens the quanta by the differences between samples that are not 0.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn changes<'a>(samples: impl Iterator<Item = &'a [f64; LANES]>, quantum: &mut [f64; LANES]) -> [f64; LANES] {
+    let (mut change, mut quanta) = ([f64::INFINITY; LANES], *quantum);
+    let [mut before, mut step] = [[f64::NAN; LANES]; 2];
     for values in samples {
-        least = from_fn(|n| lesser(least[n], values[n]));
-        most = from_fn(|n| larger(most[n], values[n]));
-        sum = from_fn(|n| sum[n] + values[n]);
         let next: [f64; LANES] = from_fn(|n| (values[n] - before[n]).abs());
         quanta = from_fn(|n| lesser(quanta[n], if next[n] > 0.0 { next[n] } else { f64::INFINITY }));
         change = from_fn(|n| lesser(change[n], step[n] + next[n]));
         (before, step) = (*values, next);
     }
-    (*last, *quantum) = ([before, step], quanta);
-    [least, sum, most, change]
+    *quantum = quanta;
+    change
+}
+
+/// What is found in pieces of a stream: by part the extremes of its groups of channels, steps with their plateaus, and
+/// how many were of the other sign.
+struct Share {
+    extremes: Vec<(usize, Vec<Extremes>)>,
+    signals: Signals,
+    steps: Vec<(usize, SensorStep, [f64; 2])>,
+    others: u64,
 }
 
 impl Recording {
@@ -196,7 +239,7 @@ impl Recording {
         let mut ranges = Ranges::new(self, stream, self.description.streams[stream].channels().collect());
         for part in self.order(stream) {
             let samples = self.streams[stream].parts[part].samples;
-            let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width), Vec::new())).collect();
+            let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width, 0), Vec::new())).collect();
             let mut groups: Vec<Vec<(Window, Vec<[f64; LANES]>)>> =
                 widths.chunks(LANES).map(of_group).collect();
             for block in 0..BLOCKS {
@@ -231,7 +274,7 @@ impl Recording {
         role: Option<Role>,
         progress: &mut Progress<'_>,
     ) -> Result<Heard, RecordingError> {
-        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
+        let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
         if let Some(part) = surveyed.parts.iter().position(|part| part.samples < SHORTEST_PART * longest) {
@@ -239,34 +282,95 @@ impl Recording {
             let accepted = "parts of four windows at least";
             return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
         }
+        let mut noise = self.scatters(stream, widths, progress)?;
+        let threads = self.threads(stream);
+        let shares: Vec<Vec<Piece>> = match threads {
+            1 => vec![self.pieces(stream, u64::MAX)],
+            _ => self.pieces(stream, PIECE).into_iter().map(|piece| vec![piece]).collect(),
+        };
+        let (mut signals, mut steps, mut others) = (Signals::new(), Vec::new(), 0);
+        let mut extremes: BTreeMap<usize, Vec<Extremes>> = BTreeMap::new();
+        let work = |pieces: &Vec<Piece>, progress: &mut Progress<'_>| {
+            self.hear(stream, role, &noise, pieces, progress)
+        };
+        progress.among(threads, &shares, work, |share| {
+            steps.extend(share.steps);
+            others += share.others;
+            for (part, next) in share.extremes {
+                match extremes.entry(part) {
+                    Entry::Vacant(of) => drop(of.insert(next)),
+                    Entry::Occupied(mut of) => {
+                        of.get_mut().iter_mut().zip(&next).for_each(|(of, next)| of.join(next));
+                    }
+                }
+            }
+            signals.append(share.signals).map_err(RecordingError::spool)
+        })?;
+        for (part, extremes) in extremes {
+            for (n, noise) in noise[part].iter_mut().enumerate() {
+                noise.iter_mut().for_each(|noise| noise.judge(&extremes[n / LANES], n % LANES));
+            }
+        }
+        steps.retain(|(part, step, plateaus)| {
+            !noise[*part][step.sensor as usize - 1][0].is_clipped_at(*plateaus)
+        });
+        let mut found = Vec::new();
+        for of_part in steps.chunk_by_mut(|a, b| a.0 == b.0) {
+            // An arrival may lie before its part by rounding.
+            of_part.sort_by(|(_, a, _), (_, b, _)| {
+                a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
+            });
+            found.extend(of_part.iter().map(|(_, step, _)| *step));
+        }
+        Ok(Heard { noise, signals, steps: found, others })
+    }
+
+    /// Goes through pieces of a stream, whose noise is known.
+    fn hear(
+        &self,
+        stream: usize,
+        role: Option<Role>,
+        noise: &[Vec<Vec<OfPart>>],
+        pieces: &[Piece],
+        progress: &mut Progress<'_>,
+    ) -> Result<Share, RecordingError> {
+        let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
+        let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = role.map_or(0, |_| self.description.streams[stream].sensors.len());
-        let behind = if sensors > 0 { pick::BEHIND * widths[0][0] } else { 0 };
-        let noise = self.scatters(stream, widths, progress)?;
-        let mut found = Heard { noise, signals: Signals::new(), steps: Vec::new(), others: 0 };
-        let (mut listeners, mut steps) = (Vec::new(), Vec::new());
-        self.pass(stream, &channels, behind, progress, &mut |part, first, rows, is_last| {
-            let noise = &mut found.noise[part];
-            if first == 0 {
+        let behind = if sensors > 0 { pick::BEHIND * noise[0][0][0].width } else { CLIPPED };
+        let (signals, steps) = (Signals::new(), Vec::new());
+        let mut found = Share { extremes: Vec::new(), signals, steps, others: 0 };
+        let mut finders = Vec::new();
+        self.pass(stream, &channels, behind, pieces, progress, &mut |piece, first, rows, is_last| {
+            let (part, noise) = (piece.part, &noise[piece.part]);
+            if first == piece.samples.start {
                 let search = |(noise, channel): (&Vec<OfPart>, &&Channel)| {
                     let (factor, sign) = (channel.factor.0, channel.role.sign());
                     let given = detection.least_step.0 / factor.abs();
                     noise[0].search(detection.threshold.0, given, sign * factor.signum(), false)
                 };
                 let sought: Vec<Search> = noise.iter().zip(&channels).take(sensors).map(search).collect();
-                let mut finders = sought.chunks(LANES).map(Finders::new);
-                let fresh = |channels: &[_]| (Extremes::new(channels.len()), finders.next());
-                listeners = channels.chunks(LANES).map(fresh).collect::<Vec<_>>();
+                finders = sought.chunks(LANES).map(|sought| Finders::new(sought, piece)).collect();
+                let extremes = noise.chunks(LANES).map(Extremes::new);
+                found.extremes.push((part, extremes.collect()));
             }
-            let mut read = Vec::with_capacity(channels.len());
-            for (group, (extremes, finders)) in listeners.iter_mut().enumerate() {
-                let [least, sum, most] = extremes.extend(rows, group, first);
-                for (n, channel) in channels[group * LANES..].iter().take(LANES).enumerate() {
-                    let mean = sum[n] / (rows.end() - first) as f64;
-                    let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
-                    read.push([a.min(b), mean, a.max(b)]);
+            if first < piece.samples.end {
+                let mut read = Vec::with_capacity(channels.len());
+                let (_, extremes) = found.extremes.last_mut().expect("it was begun");
+                for (group, (of, channels)) in extremes.iter_mut().zip(channels.chunks(LANES)).enumerate() {
+                    let [least, sum, most] = of.extend(rows, group, first);
+                    for (n, channel) in channels.iter().enumerate() {
+                        let mean = sum[n] / (rows.end() - first) as f64;
+                        let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
+                        read.push([a.min(b), mean, a.max(b)]);
+                    }
                 }
-                let (Some(finders), Some(role)) = (finders, role) else { continue };
-                finders.extend(rows, group, is_last, &mut |n, ramp| {
+                found.signals.push(&read).map_err(RecordingError::spool)?;
+            }
+            let Some(role) = role else { return Ok(false) };
+            let mut wants_more = false;
+            for (group, finders) in finders.iter_mut().enumerate() {
+                wants_more |= finders.extend(rows, group, is_last, &mut |n, ramp| {
                     let (OfPart { width, scatter, .. }, scale) = (noise[n][0], channels[n].scale);
                     let places = [arrival::arrival(rows, n, &ramp, width, role), ramp.end];
                     let [arrival_s, stop_s] = places.map(|place| surveyed.parts[part].time_s(place));
@@ -274,24 +378,11 @@ impl Recording {
                     let (step, step_error) = (ramp.size * scale, scatter.sigma * scale.abs());
                     let measured = Measured { error_s, step, step_error };
                     let step = SensorStep { sensor: n as u32 + 1, arrival_s, stop_s, measured };
-                    steps.push((step, plateaus(rows, n, &ramp)));
+                    found.steps.push((part, step, plateaus(rows, n, &ramp)));
                 });
+                found.others += finders.take_others();
             }
-            if is_last {
-                for (n, noise) in noise.iter_mut().enumerate() {
-                    noise.iter_mut().for_each(|noise| noise.judge(&listeners[n / LANES].0, n % LANES));
-                }
-                let is_clipped = |step: &SensorStep, at| noise[step.sensor as usize - 1][0].is_clipped_at(at);
-                steps.retain(|(step, plateaus)| !is_clipped(step, *plateaus));
-                // An arrival may lie before its part by rounding.
-                steps.sort_by(|(a, _), (b, _)| {
-                    a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
-                });
-                found.steps.extend(steps.drain(..).map(|(step, _)| step));
-                let finders = listeners.iter().filter_map(|(_, finders)| finders.as_ref());
-                found.others += finders.map(Finders::others).sum::<u64>();
-            }
-            found.signals.push(&read).map_err(RecordingError::spool)
+            Ok(wants_more)
         })?;
         Ok(found)
     }

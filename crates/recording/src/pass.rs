@@ -1,13 +1,26 @@
 //! Passes over the samples of a stream, from front to back.
 
+use std::collections::BTreeMap;
+use std::mem;
+use std::num::NonZero;
 use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::thread;
 
-use crate::description::Channel;
+use crate::description::{Channel, Kind};
 use crate::error::RecordingError;
 use crate::recording::Recording;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Rows, Samples};
 use crate::survey::BLOCK;
+use crate::window::SUMMED;
+
+/// Samples that one of several threads goes through at once: whole blocks, whose sums begin anew.
+pub(crate) const PIECE: u64 = BLOCK as u64 * SUMMED;
+
+/// Most threads that go through a stream.
+const MOST_THREADS: usize = 16;
 
 /// How far all passes over the samples have come.
 pub(crate) struct Progress<'a> {
@@ -23,10 +36,74 @@ impl Progress<'_> {
         self.done += samples;
         if (self.watch)(self.done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
     }
+
+    /// Does shares of work on so many threads, of which this is one, and passes on what came of them, in their order.
+    ///
+    /// # Errors
+    /// That of the first share that failed.
+    pub(crate) fn among<S: Sync, T: Send>(
+        &mut self,
+        threads: usize,
+        shares: &[S],
+        work: impl Fn(&S, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
+        pass_on: impl FnMut(T) -> Result<(), RecordingError> + Send,
+    ) -> Result<(), RecordingError> {
+        let (next, elsewhere, is_stopped) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicBool::new(false));
+        let done = Mutex::new((BTreeMap::new(), pass_on, 0, Ok(())));
+        let take = |progress: &mut Progress<'_>| {
+            let mut is_over = false;
+            while let n = next.fetch_add(1, Ordering::Relaxed)
+                && let Some(share) = shares.get(n)
+                && !is_over
+            {
+                let found = work(share, progress);
+                let mut done = done.lock().expect("nothing panics that passes on");
+                let (waiting, pass_on, due, outcome) = &mut *done;
+                waiting.insert(n, found);
+                while let Some(found) = waiting.remove(due).filter(|_| outcome.is_ok()) {
+                    (*due, *outcome) = (*due + 1, found.and_then(&mut *pass_on));
+                }
+                is_over = outcome.is_err();
+            }
+        };
+        let there = || {
+            let mut before = 0;
+            let watch = &mut |done, _| {
+                elsewhere.fetch_add(done - mem::replace(&mut before, done), Ordering::Relaxed);
+                is_stopped.load(Ordering::Relaxed)
+            };
+            take(&mut Progress { watch, done: 0, of: 0 });
+        };
+        thread::scope(|scope| {
+            for _ in 1..threads.min(shares.len()) {
+                // Without memory for a thread the others have more to do.
+                thread::Builder::new().spawn_scoped(scope, there).ok();
+            }
+            let watch = &mut |done, of| {
+                let stops = (self.watch)(done + elsewhere.load(Ordering::Relaxed), of);
+                is_stopped.fetch_or(stops, Ordering::Relaxed) || stops
+            };
+            let mut here = Progress { watch, done: self.done, of: self.of };
+            take(&mut here);
+            self.done = here.done;
+        });
+        self.done += elsewhere.load(Ordering::Relaxed);
+        done.into_inner().expect("nothing panics that passes on").3
+    }
 }
 
-/// What is made of samples: their part, the first new one there, those with some before, and whether they are its last.
-type Visit<'a> = dyn FnMut(usize, u64, &Rows<'_>, bool) -> Result<(), RecordingError> + 'a;
+/// Samples of a part that are gone through together.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    pub(crate) part: usize,
+    pub(crate) samples: Range<u64>,
+    /// Whether more of the part follow.
+    pub(crate) goes_on: bool,
+}
+
+/// What is made of samples: their piece, the first new one, those with some before, and whether they are the last of the
+/// part. Returns whether more are wanted behind the piece.
+type Visit<'a> = dyn FnMut(&Piece, u64, &Rows<'_>, bool) -> Result<bool, RecordingError> + 'a;
 
 /// Reads ranges of samples of a stream, whose beginnings ascend in the parts of a file.
 pub(crate) struct Ranges<'a> {
@@ -73,7 +150,7 @@ impl<'a> Ranges<'a> {
         }
         let (_, source, next) = open.as_mut().expect("it was opened");
         while *next < samples.end {
-            let ahead = samples.start.saturating_sub(*next).min(BLOCK as u64);
+            let ahead = samples.start.saturating_sub(*next);
             let wanted = if ahead > 0 { ahead } else { samples.end - samples.start } as usize;
             let count = if ahead > 0 { source.skip(wanted, kept) } else { source.next(wanted, kept) }?;
             if count < wanted {
@@ -88,24 +165,52 @@ impl<'a> Ranges<'a> {
 }
 
 impl Recording {
-    /// Passes the samples of some channels to `visit`, block by block in order of time, with their part, the first of them
-    /// there, so many before that, and whether they are its last.
+    /// How many threads go through a stream: one, unless its samples can be had anywhere.
+    pub(crate) fn threads(&self, stream: usize) -> usize {
+        let of = &self.description.streams[stream];
+        let is_array = matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
+        let is_even = of.rate_hz.is_some() && of.missing.is_none();
+        let threads = || thread::available_parallelism().map_or(1, NonZero::get);
+        if is_array && is_even { threads().min(MOST_THREADS) } else { 1 }
+    }
+
+    /// The parts of a stream in order of time, in pieces of so many samples at most.
+    pub(crate) fn pieces(&self, stream: usize, most: u64) -> Vec<Piece> {
+        let pieces = |part: usize| {
+            let all = self.streams[stream].parts[part].samples;
+            let piece = move |from| {
+                let to = all.min(u64::saturating_add(from, most));
+                Piece { part, samples: from..to, goes_on: to < all }
+            };
+            (0..all).step_by(most as usize).map(piece)
+        };
+        self.order(stream).into_iter().flat_map(pieces).collect()
+    }
+
+    /// Passes the samples of pieces to `visit`, block by block, with so many samples before, and behind them as long as
+    /// more are wanted.
     pub(crate) fn pass(
         &self,
         stream: usize,
         channels: &[&Channel],
         before: u64,
+        pieces: &[Piece],
         progress: &mut Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
         let mut ranges = Ranges::new(self, stream, channels.to_vec());
-        for part in self.order(stream) {
-            let samples = self.streams[stream].parts[part].samples;
-            for first in (0..samples).step_by(BLOCK) {
+        for piece in pieces {
+            let samples = self.streams[stream].parts[piece.part].samples;
+            let mut wants_more = false;
+            for first in (piece.samples.start..samples).step_by(BLOCK) {
+                let is_own = first < piece.samples.end;
+                if !is_own && !wants_more {
+                    break;
+                }
                 let end = samples.min(first + BLOCK as u64);
-                let rows = ranges.rows(part, &(first.saturating_sub(before)..end))?;
-                visit(part, first, &rows, end == samples)?;
-                progress.add(end - first)?;
+                let rows = ranges.rows(piece.part, &(first.saturating_sub(before)..end))?;
+                wants_more = visit(piece, first, &rows, end == samples)?;
+                progress.add(if is_own { end - first } else { 0 })?;
             }
         }
         Ok(())

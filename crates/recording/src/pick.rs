@@ -1,7 +1,9 @@
 //! Candidates for steps in the samples of a channel, and the ramps of those that are.
 
 use std::collections::VecDeque;
+use std::mem;
 
+use crate::pass::Piece;
 use crate::ramp::Ramp;
 use crate::samples::{LANES, Rows};
 use crate::window::{Scatter, Window};
@@ -43,9 +45,12 @@ struct Finder {
     search: Search,
     open: Option<Candidate>,
     closed: VecDeque<Candidate>,
-    /// Candidates of the other sign, and the last index of them.
+    /// Of this sign and the other: the last index beyond the threshold, and whether it belongs to this piece.
+    last: [(Option<u64>, bool); 2],
+    /// Behind this index a candidate begins in the next piece.
+    until: u64,
+    /// Candidates of the other sign.
     others: u64,
-    last_other: u64,
 }
 
 impl Finder {
@@ -53,7 +58,14 @@ impl Finder {
     fn step(&mut self, i: u64, step: f64) {
         let Search { width, scatter, least, sign, .. } = self.search;
         let size = sign * (step - scatter.median);
-        if size > least {
+        if size.abs() <= least {
+            return;
+        }
+        let (last, is_own) = &mut self.last[usize::from(size < 0.0)];
+        // What goes on from the piece before belongs to that.
+        let is_new = last.replace(i).is_none_or(|last| i > last + width);
+        *is_own = if is_new { i < self.until } else { *is_own };
+        if *is_own && size > 0.0 {
             let is_over = |open: &mut Candidate| i > open.last + width || i >= open.first + LONGEST * width;
             self.closed.extend(self.open.take_if(is_over));
             let open = self.open.get_or_insert(Candidate { first: i, last: i, best: i, most: size });
@@ -61,10 +73,14 @@ impl Finder {
             if size > open.most {
                 (open.best, open.most) = (i, size);
             }
-        } else if size < -least {
-            self.others += u64::from(self.last_other == 0 || i > self.last_other + width);
-            self.last_other = i;
+        } else {
+            self.others += u64::from(*is_own && is_new);
         }
+    }
+
+    /// Whether all of its candidates have begun, are over and found, given the next index.
+    fn is_done(&self, next: u64) -> bool {
+        next >= self.until && self.open.is_none() && self.closed.is_empty()
     }
 
     fn ramp(&self, rows: &Rows<'_>, channel: usize, best: u64) -> Option<Ramp> {
@@ -87,30 +103,33 @@ pub(crate) struct Finders {
 }
 
 impl Finders {
-    /// Of channels that lie side by side.
-    pub(crate) fn new(searches: &[Search]) -> Finders {
+    /// Of channels that lie side by side, in a piece of a part.
+    pub(crate) fn new(searches: &[Search], Piece { samples, goes_on, .. }: &Piece) -> Finders {
+        let width = searches[0].width;
+        let last = [(samples.start.checked_sub(1), false); 2];
+        let until = if *goes_on { samples.end + width } else { u64::MAX };
         let finder = |search: &Search| {
             let (open, closed) = (None, VecDeque::new());
-            Finder { search: *search, open, closed, others: 0, last_other: 0 }
+            Finder { search: *search, open, closed, last, until, others: 0 }
         };
         let of = searches.iter().map(finder).collect();
-        Finders { window: Window::new(searches[0].width), of, steps: Vec::new() }
+        Finders { window: Window::new(width, samples.start), of, steps: Vec::new() }
     }
 
-    /// Candidates of the other sign.
-    pub(crate) fn others(&self) -> u64 {
-        self.of.iter().map(|finder| finder.others).sum()
+    /// How many candidates of the other sign there were since this was asked.
+    pub(crate) fn take_others(&mut self) -> u64 {
+        self.of.iter_mut().map(|finder| mem::take(&mut finder.others)).sum()
     }
 
     /// Goes on through the samples of a group of channels, and passes on the ramps of candidates that are over, with their
-    /// channel.
+    /// channel. Returns whether more samples may show more of them.
     pub(crate) fn extend(
         &mut self,
         rows: &Rows<'_>,
         group: usize,
         is_last: bool,
         found: &mut dyn FnMut(usize, Ramp),
-    ) {
+    ) -> bool {
         let Finders { window, of, steps } = self;
         while let Some(first) = window.advance(rows, group, u64::MAX, steps) {
             // Of all together first, since most have none.
@@ -136,5 +155,6 @@ impl Finders {
                 }
             }
         }
+        !self.of.iter().all(|finder| finder.is_done(self.window.next))
     }
 }

@@ -409,7 +409,7 @@ impl Recording {
         let (channels, places) = self.force_channels(stream);
         let (scale, normal_force_n) = (channels[0].scale, self.description.slider.normal_force_n);
         let normal_force_n = normal_force_n.map(|load| load.0);
-        let given = detection.least_drop_n.0 / scale.abs();
+        let (given, pieces) = (detection.least_drop_n.0 / scale.abs(), self.pieces(stream, u64::MAX));
         let by_width = |which: usize| {
             let noise: Vec<OfPart> = noise.iter().map(|of| of[which]).collect();
             let search = |of: &OfPart| of.search(detection.threshold.0, given, -scale.signum(), true);
@@ -417,7 +417,7 @@ impl Recording {
             Forces {
                 parts,
                 ramps: vec![Vec::new(); parts.len()],
-                finder: Finders::new(&searches[..1]),
+                finder: Finders::new(&searches[..1], &pieces[0]),
                 searches,
                 channels: channels.clone(),
                 places,
@@ -430,24 +430,38 @@ impl Recording {
         let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
         let mut averager = Averager::of(parts.iter().map(|part| part.samples).sum());
-        self.pass(stream, &channels, BEHIND * longest, progress, &mut |part, first, rows, is_last| {
-            for sample in first..rows.end() {
-                let stored = rows.block.sample((sample - rows.first) as usize);
-                let of = places.map(|place| Some(channels[place?].si(stored[place?])));
-                if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
-                    let problem = "a normal force that is not above 0".to_owned();
-                    let at = Some((sample, stored[1]));
-                    return Err(self
-                        .fault(stream, part, channels[1], at, problem, "a load above 0 N")
-                        .into());
+        self.pass(
+            stream,
+            &channels,
+            BEHIND * longest,
+            &pieces,
+            progress,
+            &mut |piece, first, rows, is_last| {
+                let part = piece.part;
+                for sample in first..rows.end() {
+                    let stored = rows.block.sample((sample - rows.first) as usize);
+                    let of = places.map(|place| Some(channels[place?].si(stored[place?])));
+                    if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
+                        let problem = "a normal force that is not above 0".to_owned();
+                        let at = Some((sample, stored[1]));
+                        return Err(self
+                            .fault(stream, part, channels[1], at, problem, "a load above 0 N")
+                            .into());
+                    }
+                    let [force, normal, point, end] =
+                        [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
+                    averager.add([
+                        parts[part].time_s(sample as f64),
+                        force,
+                        force / normal,
+                        point,
+                        point - end,
+                    ]);
                 }
-                let [force, normal, point, end] =
-                    [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
-                averager.add([parts[part].time_s(sample as f64), force, force / normal, point, point - end]);
-            }
-            tried.iter_mut().for_each(|forces| forces.extend(part, first, rows, is_last));
-            Ok(())
-        })?;
+                tried.iter_mut().for_each(|forces| forces.extend(piece, first, rows, is_last));
+                Ok(false)
+            },
+        )?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;
         let chosen = tried.iter().rposition(|forces| forces.drops.len() as f64 >= SHARE_OF_DROPS * most);
         Ok((tried.swap_remove(chosen.expect("that with the most is one")), averager))

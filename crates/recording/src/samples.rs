@@ -7,6 +7,7 @@ use serde::Deserialize;
 use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::gap::Gap;
+use crate::survey::BLOCK;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
 pub(crate) const LANES: usize = 8;
@@ -137,10 +138,12 @@ pub(crate) trait Samples {
     /// # Errors
     /// As that.
     fn skip(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
-        let before = block.len();
-        let passed = self.next(most, block);
-        block.resize(before);
-        passed
+        let (before, mut passed) = (block.len(), 0);
+        while let count @ 1.. = self.next(BLOCK.min(most - passed), block)? {
+            block.resize(before);
+            passed += count;
+        }
+        Ok(passed)
     }
 
     /// Where a sample stands, for messages.

@@ -34,6 +34,12 @@ impl Signals {
         let bytes: Vec<[u8; 8]> = channels.as_flattened().iter().map(|number| number.to_le_bytes()).collect();
         self.0.write_all(bytes.as_flattened())
     }
+
+    /// Adds the blocks of others.
+    pub(crate) fn append(&mut self, mut others: Signals) -> io::Result<()> {
+        others.0.rewind()?;
+        io::copy(others.0.get_mut(), &mut self.0).map(drop)
+    }
 }
 
 /// Records in order of their steps.
@@ -65,11 +71,10 @@ impl Recording {
                 ..SignalRecord::default()
             };
             spool.read_exact(&mut bytes)?;
-            for [least, mean, largest] in bytes.as_chunks().0.as_chunks().0 {
-                record.least.push(f64::from_le_bytes(*least));
-                record.mean.push(f64::from_le_bytes(*mean));
-                record.largest.push(f64::from_le_bytes(*largest));
-            }
+            let of = |n: usize| {
+                bytes.as_chunks::<24>().0.iter().map(move |of| f64::from_le_bytes(of.as_chunks().0[n]))
+            };
+            (record.least, record.mean, record.largest) = (of(0).collect(), of(1).collect(), of(2).collect());
             Ok(record)
         };
         rewound.err().map(Err).into_iter().chain(blocks.map(record))

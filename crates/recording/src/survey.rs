@@ -7,7 +7,7 @@ use crate::error::{InputFault, RecordingError};
 use crate::gap::{Gap, MOST_PARTS};
 use crate::input::Folder;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Column};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once: of whole messages of `/signal`.
@@ -132,7 +132,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             }
             let part = |(file, start_s): (usize, f64)| {
                 let mut samples = folder.open(stream, &files[file], &columns)?;
-                let all = count(samples.as_mut(), columns.len())?;
+                let all = samples.skip(usize::MAX, &mut Block::new(columns.len()))? as u64;
                 if all == 0 {
                     let file = folder.shown(&files[file]);
                     return Err(InputFault::new(&file, "", "no samples", "four windows").into());
@@ -163,17 +163,6 @@ impl Time {
     pub(crate) fn unit_or(&self, stated: Option<&str>) -> Option<Unit> {
         let unit = stated.map_or_else(|| self.unit.clone().or_else(|| Unit::of("s")), Unit::of);
         unit.filter(|unit| unit.quantity == Quantity::Time)
-    }
-}
-
-/// How many samples there are: arrays pass over them, tables have to be read.
-fn count(samples: &mut dyn Samples, channels: usize) -> Result<u64, RecordingError> {
-    let (mut all, mut block): (u64, Block) = (0, Block::new(channels));
-    loop {
-        match samples.skip(BLOCK, &mut block)? {
-            0 => return Ok(all),
-            some => all += some as u64,
-        }
     }
 }
 

@@ -34,8 +34,9 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(width: u64) -> Window {
-        Window { width, next: width, sums: [[0.0; LANES]; 2], extremes: [[0.0; LANES]; 2] }
+    /// From the first step of a part, or one behind it where sums begin anew.
+    pub(crate) fn new(width: u64, from: u64) -> Window {
+        Window { width, next: from.max(width), sums: [[0.0; LANES]; 2], extremes: [[0.0; LANES]; 2] }
     }
 
     /// Adds the steps of a range of indices, which is not behind, to values.
@@ -201,7 +202,7 @@ mod tests {
     }
 
     fn steps(samples: &[f64], width: u64, each: usize) -> Vec<(u64, f64)> {
-        let (mut window, mut found, mut steps) = (Window::new(width), Vec::new(), Vec::new());
+        let (mut window, mut found, mut steps) = (Window::new(width, 0), Vec::new(), Vec::new());
         pass(samples, width, each, &mut |rows| {
             while let Some(first) = window.advance(rows, 0, u64::MAX, &mut steps) {
                 found.extend((first..).zip(&steps).map(|(index, step)| (index, step[0])));
@@ -228,7 +229,7 @@ mod tests {
     fn of_a_long_part_256_blocks_count() {
         let samples: Vec<f64> = (0..(1 << 20) + 12_345).map(|n: u64| (n * n % 1009) as f64 * 0.1).collect();
         let all = steps(&samples, 24, samples.len());
-        let (mut values, mut window, count) = (Vec::new(), Window::new(24), samples.len() as u64);
+        let (mut values, mut window, count) = (Vec::new(), Window::new(24, 0), samples.len() as u64);
         pass(&samples, 24, samples.len(), &mut |rows| {
             (0..256).for_each(|block| window.take(rows, 0, &counted(count, 24, block), &mut values));
         });

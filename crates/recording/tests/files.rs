@@ -1,10 +1,14 @@
 //! Files and descriptions: layouts of arrays, gaps and uneven times, paths, and keys that are refused.
 
+use std::collections::HashMap;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
-use asperity_record::{LoadNoise, Noise, Row, StepRecord};
+use asperity_record::{LoadNoise, Noise, Record, Row, StepRecord};
 use asperity_recording::{Description, Detected, Recording, RecordingError};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 const SLIDER: &str = "format = 1\nname = 'made up'\n[slider]\nlength_m = 0.1\nwidth_m = 0.005\nheight_m = 0.02\n\
                       youngs_modulus_pa = 2.5e9\nwave_speed_m_per_s = 1450.6\n[[stream]]\n";
@@ -92,6 +96,57 @@ fn an_array_is_read_in_any_layout() {
 }
 
 /// What is found by two slip sensors at 1 MHz.
+/// Long arrays are gone through in pieces of 4,096,000 samples, side by side; the same array in an archive as a whole.
+#[test]
+fn pieces_give_what_the_whole_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    // At the joints of pieces: steps of both signs and clipped samples, a row of steps, each in the window of the one
+    // before, and a step whose window begins just behind.
+    let [first, second, third] = [1, 2, 3].map(|n| 4_096_000 * n);
+    let levels: HashMap<i64, i16> =
+        [(first - 30, 400), (first - 1, -400), (first + 31, 400), (first + 70, -400)]
+            .into_iter()
+            .chain((0..90).map(|n| (second - 300 + 40 * n, if n % 9 == 8 { -240 } else { 30 })))
+            .chain([(third + 40, -300), (third + 9_000, 300)])
+            .collect();
+    let mut level = 0;
+    let sample = |n: i64| {
+        level += levels.get(&n).copied().unwrap_or_default();
+        let is_clipped =
+            (first - 2..first + 2).contains(&n) || (second + 50_000..second + 50_005).contains(&n);
+        if is_clipped { i16::MAX } else { level + (n * n % 41) as i16 }
+    };
+    let samples: Vec<u8> = (0..third + 60_000).map(sample).flat_map(i16::to_le_bytes).collect();
+    let header = format!("{{'descr': '<i2', 'fortran_order': False, 'shape': ({},), }}\n", samples.len() / 2);
+    let array = [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), &samples]
+        .concat();
+    fs::write(folder.path().join("a.npy"), &array).unwrap();
+    let mut archive = ZipWriter::new(fs::File::create(folder.path().join("a.npz")).unwrap());
+    archive
+        .start_file("a.npy", SimpleFileOptions::default().compression_method(CompressionMethod::Stored))
+        .unwrap();
+    archive.write_all(&array).unwrap();
+    archive.finish().unwrap();
+    let read = |file: &str| {
+        let array = "[[stream.array]]\nrole = 'shear-strain'\nunit = '1'\nchannels = '1..1'\nx_m = [0.05]\n";
+        let recording = open(folder.path(), &format!("{file}\nrate_hz = 1e6\n{array}")).unwrap();
+        let mut found = recording.detect(&mut |_, _| false).unwrap();
+        let warnings =
+            found.warnings.iter().map(|of| of.to_string().replace("a.npz", "a.npy")).collect::<Vec<_>>();
+        (recording.records(&mut found, &|| false).collect::<Result<Vec<Record>, _>>().unwrap(), warnings)
+    };
+    let (records, warnings) = read("file = 'a.npy'");
+    let (of_whole, of_whole_warnings) = read("file = 'a.npz'\ndataset = 'a'");
+    assert_eq!(warnings, of_whole_warnings);
+    assert!(warnings.iter().any(|of| of.contains("clipped at 32767, 9 samples")), "{warnings:?}");
+    assert!(warnings.iter().any(|of| of.contains("steps of the other sign")), "{warnings:?}");
+    assert!(
+        records.iter().filter(|of| matches!(of, Record::Step(step) if !step.switches.is_empty())).count()
+            > 20
+    );
+    assert!(records == of_whole, "{} records, of the whole {}", records.len(), of_whole.len());
+}
+
 fn slips(folder: &Path, keys: &str, channels: &str) -> (Vec<StepRecord>, Vec<Row>) {
     let found = detect(folder, &slip_sensors(keys, channels));
     let (records, noise) = (found.steps().collect::<Vec<_>>(), found.rows);

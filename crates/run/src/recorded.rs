@@ -34,7 +34,7 @@ pub fn write_recording<E>(
     let detectors = Settings::default().start(&header, None);
     let kinds = event_kinds(header.parts());
     let mut writer =
-        RunWriter::create(path, existing, &header, &toml, &kinds, Content::Text).map_err(sink)?;
+        RunWriter::create(path, existing, &header, &toml, &kinds, Content::States).map_err(sink)?;
     writer.inputs(inputs).map_err(sink)?;
     let mut given = in_order(header.time_grid(), drops, records);
     let written = run_in_turn(|| given.next().transpose(), detectors, |item| write(&mut writer, &item));

@@ -11,9 +11,10 @@ use std::path::Path;
 
 use crate::support::binary::{ends, run, text};
 use crate::support::verify::{Verified, verify};
+use asperity_files::at_once;
 use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_run::detectors;
 use asperity_run::study::Job;
-use asperity_run::{at_once, detectors};
 use asperity_simulator::Plain;
 use asperity_study::Study;
 use asperity_testkit::equality::{NearTie, beyond_switch, rounding_reach, step_after};

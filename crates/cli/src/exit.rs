@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::io;
 use std::num::NonZeroUsize;
 
-use asperity_run::{Verdict, at_once};
+use asperity_files::at_once;
+use asperity_run::Verdict;
 
 use crate::terminal;
 

@@ -96,13 +96,13 @@ pub(crate) fn command(command: &RecordingCommand, board: &Board) -> Result<(), F
 }
 
 /// Ways to go through a recording: [`Recording::detect`], or [`Recording::read`].
-type Pass = fn(&Recording, &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError>;
+type Pass = fn(&Recording, &(dyn Fn(u64, u64) -> bool + Sync)) -> Result<Detected, RecordingError>;
 
 /// Goes through all files of a recording, with a bar, and reports warnings.
 pub(crate) fn detect(recording: &Recording, pass: Pass, board: &Board) -> Result<Detected, Failure> {
     interrupt::install()?;
     let name = recording.description.name.clone();
-    let found = pass(recording, &mut |done, of| {
+    let found = pass(recording, &|done, of| {
         board.reached(&name, done as usize, of as usize);
         interrupt::has_come()
     });

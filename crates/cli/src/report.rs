@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_diff::side_by_side::embedded;
 use asperity_figures::draw::of_one_run::{Kind, OneFigure};
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, at_once};
 use asperity_model::scenario::text;
 use asperity_numbers::claim::Claim;
 use asperity_numbers::precursors::PrecursorRules;
@@ -16,7 +16,7 @@ use asperity_report::{
     Contents, Entry, Figure, Limits, Link, PageCollector, Recorded, Run, Study, encoded, files_of_picture,
     index,
 };
-use asperity_run::{Checked, OpenLog, at_once};
+use asperity_run::{Checked, OpenLog};
 use asperity_study::given::{Given, RECORD};
 use asperity_study::page::{self, CLAIMS, claims_in};
 use asperity_study::pipeline::REPORT as PAGE;

@@ -4,10 +4,11 @@ use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use asperity_files::at_once;
 use asperity_model::{Scenario, WRONG_FRONT};
 use asperity_numbers::{OfRecording, Summarizer, Summary, text};
 use asperity_record::{EventPayload, Rupture, SlipEvent, counted};
-use asperity_run::{Checked, OpenLog, at_once};
+use asperity_run::{Checked, OpenLog};
 use asperity_tables::{CsvRows, Spelling};
 use clap::{Args, ValueEnum};
 

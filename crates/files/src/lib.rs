@@ -38,9 +38,11 @@
 //! - [`open()`]: opens the inputs of commands, which must be files; [`ShortLines`] bounds their lines; [`fill`] reads on
 //!   after a signal.
 //! - [`UntilRefused`]: a writer that stops at the first refused write.
+//! - [`at_once()`]: jobs on all processors, most of which read and write files.
 //! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
 //!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
+mod at_once;
 mod error;
 mod identity;
 mod inputs;
@@ -55,6 +57,7 @@ mod set;
 mod stage;
 mod until_refused;
 
+pub use at_once::at_once;
 pub use error::FileError;
 pub use inputs::{Inputs, partial_path};
 pub use lines::{ShortLines, fill};

@@ -8,10 +8,10 @@ use asperity_diff::report::{self, Report};
 use asperity_diff::run_log::{RunLog, Summarized};
 use asperity_diff::sides::{self, PairBy};
 use asperity_diff::{Settings, compare, page, policy::Policy, summary};
-use asperity_files::{Existing, FileSet, Inputs};
+use asperity_files::{Existing, FileSet, Inputs, at_once};
 use asperity_model::scenario::text;
 use asperity_numbers::Summarizer;
-use asperity_run::{OpenLog, Reading, Verdict, at_once};
+use asperity_run::{OpenLog, Reading, Verdict};
 use pyo3::prelude::*;
 
 use crate::attend::{Callbacks, Watch, attend};

@@ -115,7 +115,7 @@ pub(crate) fn recording(
     let callbacks = Callbacks::new(py, &name, progress, stop, THOUSANDTHS)?;
     let written = attend(py, &callbacks, |watch| {
         let recording = Recording::of_given(description, given)?;
-        let mut found = recording.read(&mut |done, of| {
+        let mut found = recording.read(&|done, of| {
             watch.done.store(done * THOUSANDTHS / of.max(1), Ordering::Relaxed);
             watch.is_stopped()
         })?;

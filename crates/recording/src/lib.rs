@@ -44,7 +44,7 @@
 //!     channel = [{ column = "F_T", role = "tangential-force", unit = "N" }]
 //! "#;
 //! let description = Description::parse(&folder.path().join("recording.toml"), description)?;
-//! let found = Recording::open(description)?.detect(&mut |_, _| false)?;
+//! let found = Recording::open(description)?.detect(&|_, _| false)?;
 //! assert_eq!(found.drops.len(), 1);
 //! assert!((found.drops[0].onset_s - 0.199).abs() < 1e-3 && (found.drops[0].drop_n - 5.0).abs() < 0.1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -2,15 +2,15 @@
 //! they read in short, and the steps of sensors.
 
 use std::array::from_fn;
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
+use asperity_files::at_once;
 use asperity_record::{LoadNoise, Measured, Noise, Row};
 use multiversion::multiversion;
 
 use crate::arrival;
-use crate::description::{Channel, Role};
+use crate::description::{Channel, Kind, Role};
 use crate::error::{InputFault, RecordingError};
 use crate::pass::{PIECE, Piece, Progress, Ranges};
 use crate::pick::{self, Finders, Search};
@@ -24,6 +24,9 @@ use crate::window::{BLOCKS, SUMMED, Scatter, Window, counted, larger, lesser};
 
 /// Equal samples in a row at the extreme of a channel that are clipped.
 const CLIPPED: u64 = 3;
+
+/// Pieces of samples whose findings are in memory together.
+const SHARES: usize = 64;
 
 /// A channel in a part, by windows of one width, in numbers as stored.
 #[derive(Debug, Clone, Copy)]
@@ -231,7 +234,7 @@ impl Recording {
         &self,
         stream: usize,
         widths: &[Vec<u64>],
-        progress: &mut Progress<'_>,
+        progress: &Progress<'_>,
     ) -> Result<Vec<Vec<Vec<OfPart>>>, RecordingError> {
         let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
         let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
@@ -272,7 +275,7 @@ impl Recording {
         stream: usize,
         widths: &[Vec<u64>],
         role: Option<Role>,
-        progress: &mut Progress<'_>,
+        progress: &Progress<'_>,
     ) -> Result<Heard, RecordingError> {
         let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
@@ -283,31 +286,29 @@ impl Recording {
             return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
         }
         let mut noise = self.scatters(stream, widths, progress)?;
-        let threads = self.threads(stream);
-        let shares: Vec<Vec<Piece>> = match threads {
-            1 => vec![self.pieces(stream, u64::MAX)],
-            _ => self.pieces(stream, PIECE).into_iter().map(|piece| vec![piece]).collect(),
+        let of = &self.description.streams[stream];
+        let lies_in_place = matches!(of.kind(), Some(Kind::Raw | Kind::Npy)) && of.missing.is_none();
+        let shares: Vec<Vec<Piece>> = match of.rate_hz {
+            Some(_) if lies_in_place => {
+                self.pieces(stream, PIECE).into_iter().map(|piece| vec![piece]).collect()
+            }
+            _ => vec![self.pieces(stream, u64::MAX)],
         };
         let (mut signals, mut steps, mut others) = (Signals::new(), Vec::new(), 0);
-        let mut extremes: BTreeMap<usize, Vec<Extremes>> = BTreeMap::new();
-        let work = |pieces: &Vec<Piece>, progress: &mut Progress<'_>| {
-            self.hear(stream, role, &noise, pieces, progress)
-        };
-        progress.among(threads, &shares, work, |share| {
-            steps.extend(share.steps);
-            others += share.others;
-            for (part, next) in share.extremes {
-                match extremes.entry(part) {
-                    Entry::Vacant(of) => drop(of.insert(next)),
-                    Entry::Occupied(mut of) => {
-                        of.get_mut().iter_mut().zip(&next).for_each(|(of, next)| of.join(next));
-                    }
+        let fresh = |of_part: &Vec<Vec<OfPart>>| of_part.chunks(LANES).map(Extremes::new).collect();
+        let mut extremes: Vec<Vec<Extremes>> = noise.iter().map(fresh).collect();
+        for shares in shares.chunks(SHARES) {
+            for share in at_once(shares, None, |pieces| self.hear(stream, role, &noise, pieces, progress))? {
+                signals.append(share.signals).map_err(RecordingError::spool)?;
+                steps.extend(share.steps);
+                others += share.others;
+                for (part, next) in share.extremes {
+                    extremes[part].iter_mut().zip(&next).for_each(|(of, next)| of.join(next));
                 }
             }
-            signals.append(share.signals).map_err(RecordingError::spool)
-        })?;
-        for (part, extremes) in extremes {
-            for (n, noise) in noise[part].iter_mut().enumerate() {
+        }
+        for (noise, extremes) in noise.iter_mut().zip(&extremes) {
+            for (n, noise) in noise.iter_mut().enumerate() {
                 noise.iter_mut().for_each(|noise| noise.judge(&extremes[n / LANES], n % LANES));
             }
         }
@@ -332,7 +333,7 @@ impl Recording {
         role: Option<Role>,
         noise: &[Vec<Vec<OfPart>>],
         pieces: &[Piece],
-        progress: &mut Progress<'_>,
+        progress: &Progress<'_>,
     ) -> Result<Share, RecordingError> {
         let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();

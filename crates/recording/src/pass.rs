@@ -1,14 +1,9 @@
 //! Passes over the samples of a stream, from front to back.
 
-use std::collections::BTreeMap;
-use std::mem;
-use std::num::NonZero;
 use std::ops::Range;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::thread;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::description::{Channel, Kind};
+use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::recording::Recording;
 use crate::resample::Resampled;
@@ -16,79 +11,25 @@ use crate::samples::{Block, Column, Rows, Samples};
 use crate::survey::BLOCK;
 use crate::window::SUMMED;
 
-/// Samples that one of several threads goes through at once: whole blocks, whose sums begin anew.
-pub(crate) const PIECE: u64 = BLOCK as u64 * SUMMED;
-
-/// Most threads that go through a stream.
-const MOST_THREADS: usize = 16;
+/// Samples that are gone through at once: whole blocks, whose sums begin anew.
+pub(crate) const PIECE: u64 = BLOCK as u64 * SUMMED / 8;
 
 /// How far all passes over the samples have come.
 pub(crate) struct Progress<'a> {
     /// Told how many samples were read, of how many; says whether to stop.
-    pub(crate) watch: &'a mut dyn FnMut(u64, u64) -> bool,
-    pub(crate) done: u64,
+    pub(crate) watch: &'a Watch<'a>,
+    pub(crate) done: AtomicU64,
     pub(crate) of: u64,
 }
 
+/// See [`Progress::watch`].
+pub(crate) type Watch<'a> = dyn Fn(u64, u64) -> bool + Sync + 'a;
+
 impl Progress<'_> {
     /// Adds samples that were read, and asks whether to stop.
-    pub(crate) fn add(&mut self, samples: u64) -> Result<(), RecordingError> {
-        self.done += samples;
-        if (self.watch)(self.done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
-    }
-
-    /// Does shares of work on so many threads, of which this is one, and passes on what came of them, in their order.
-    ///
-    /// # Errors
-    /// That of the first share that failed.
-    pub(crate) fn among<S: Sync, T: Send>(
-        &mut self,
-        threads: usize,
-        shares: &[S],
-        work: impl Fn(&S, &mut Progress<'_>) -> Result<T, RecordingError> + Sync,
-        pass_on: impl FnMut(T) -> Result<(), RecordingError> + Send,
-    ) -> Result<(), RecordingError> {
-        let (next, elsewhere, is_stopped) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicBool::new(false));
-        let done = Mutex::new((BTreeMap::new(), pass_on, 0, Ok(())));
-        let take = |progress: &mut Progress<'_>| {
-            let mut is_over = false;
-            while let n = next.fetch_add(1, Ordering::Relaxed)
-                && let Some(share) = shares.get(n)
-                && !is_over
-            {
-                let found = work(share, progress);
-                let mut done = done.lock().expect("nothing panics that passes on");
-                let (waiting, pass_on, due, outcome) = &mut *done;
-                waiting.insert(n, found);
-                while let Some(found) = waiting.remove(due).filter(|_| outcome.is_ok()) {
-                    (*due, *outcome) = (*due + 1, found.and_then(&mut *pass_on));
-                }
-                is_over = outcome.is_err();
-            }
-        };
-        let there = || {
-            let mut before = 0;
-            let watch = &mut |done, _| {
-                elsewhere.fetch_add(done - mem::replace(&mut before, done), Ordering::Relaxed);
-                is_stopped.load(Ordering::Relaxed)
-            };
-            take(&mut Progress { watch, done: 0, of: 0 });
-        };
-        thread::scope(|scope| {
-            for _ in 1..threads.min(shares.len()) {
-                // Without memory for a thread the others have more to do.
-                thread::Builder::new().spawn_scoped(scope, there).ok();
-            }
-            let watch = &mut |done, of| {
-                let stops = (self.watch)(done + elsewhere.load(Ordering::Relaxed), of);
-                is_stopped.fetch_or(stops, Ordering::Relaxed) || stops
-            };
-            let mut here = Progress { watch, done: self.done, of: self.of };
-            take(&mut here);
-            self.done = here.done;
-        });
-        self.done += elsewhere.load(Ordering::Relaxed);
-        done.into_inner().expect("nothing panics that passes on").3
+    pub(crate) fn add(&self, samples: u64) -> Result<(), RecordingError> {
+        let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
+        if (self.watch)(done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
     }
 }
 
@@ -165,15 +106,6 @@ impl<'a> Ranges<'a> {
 }
 
 impl Recording {
-    /// How many threads go through a stream: one, unless its samples can be had anywhere.
-    pub(crate) fn threads(&self, stream: usize) -> usize {
-        let of = &self.description.streams[stream];
-        let is_array = matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
-        let is_even = of.rate_hz.is_some() && of.missing.is_none();
-        let threads = || thread::available_parallelism().map_or(1, NonZero::get);
-        if is_array && is_even { threads().min(MOST_THREADS) } else { 1 }
-    }
-
     /// The parts of a stream in order of time, in pieces of so many samples at most.
     pub(crate) fn pieces(&self, stream: usize, most: u64) -> Vec<Piece> {
         let pieces = |part: usize| {
@@ -195,7 +127,7 @@ impl Recording {
         channels: &[&Channel],
         before: u64,
         pieces: &[Piece],
-        progress: &mut Progress<'_>,
+        progress: &Progress<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<(), RecordingError> {
         let mut ranges = Ranges::new(self, stream, channels.to_vec());

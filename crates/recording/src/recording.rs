@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use asperity_record::{
@@ -17,7 +17,7 @@ use crate::estimates::Averager;
 use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
-use crate::pass::{Progress, Ranges};
+use crate::pass::{Progress, Ranges, Watch};
 use crate::pick::{Finders, Search};
 use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
@@ -256,7 +256,7 @@ impl Recording {
     ///
     /// # Errors
     /// As that.
-    pub fn read(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
+    pub fn read(&self, watch: &Watch<'_>) -> Result<Detected, RecordingError> {
         let is_in_vain = AtomicBool::new(false);
         thread::scope(|scope| {
             let inputs = scope.spawn(|| self.inputs(&is_in_vain));
@@ -273,14 +273,17 @@ impl Recording {
     ///
     /// # Errors
     /// If a file cannot be read, or holds something other than finite numbers, or it is stopped.
-    pub fn detect(&self, watch: &mut dyn FnMut(u64, u64) -> bool) -> Result<Detected, RecordingError> {
+    pub fn detect(&self, watch: &Watch<'_>) -> Result<Detected, RecordingError> {
         let Description { contacts, forces, detection, .. } = &self.description;
         let passes =
             |n: usize| 1 + u64::from([contacts, forces].contains(&&Some(n))) + u64::from(*forces == Some(n));
         let samples =
             |(n, of): (usize, &Surveyed)| passes(n) * of.parts.iter().map(|part| part.samples).sum::<u64>();
-        let mut progress =
-            Progress { watch, done: 0, of: self.streams.iter().enumerate().map(samples).sum() };
+        let progress = Progress {
+            watch,
+            done: AtomicU64::new(0),
+            of: self.streams.iter().enumerate().map(samples).sum(),
+        };
         let window = match (detection.window_s, contacts) {
             (Some(window_s), Some(stream)) => width(window_s, &self.streams[*stream]),
             _ => WINDOW,
@@ -295,7 +298,7 @@ impl Recording {
                 Role::TangentialForce => self.force_widths(stream),
                 _ => Vec::new(),
             });
-            let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &mut progress)?;
+            let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &progress)?;
             signals.push(heard.signals);
             if let Some(role) = role {
                 let all =
@@ -308,7 +311,7 @@ impl Recording {
             if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
                 let n = of.sensors.len() + n;
                 let noise: Vec<&[OfPart]> = heard.noise.iter().map(|of| &of[n][..]).collect();
-                let (forces, means) = self.forces(stream, &noise, &mut progress)?;
+                let (forces, means) = self.forces(stream, &noise, &progress)?;
                 let noise = forces.noise.iter().enumerate().map(|(part, noise)| (part, n, *noise));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
                 (of_forces, averager) = (Some((stream, forces)), means);
@@ -403,7 +406,7 @@ impl Recording {
         &self,
         stream: usize,
         noise: &[&[OfPart]],
-        progress: &mut Progress<'_>,
+        progress: &Progress<'_>,
     ) -> Result<(Forces<'_>, Averager), RecordingError> {
         let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
         let (channels, places) = self.force_channels(stream);

@@ -15,7 +15,7 @@ use crate::recording::{Detected, Recording};
 use crate::survey::BLOCK;
 
 /// Bytes of such numbers in memory, beyond which they go to a file without a name.
-const IN_MEMORY: usize = 1 << 24;
+const IN_MEMORY: usize = 1 << 18;
 
 /// Most numbers in a record of traces.
 const MOST_VALUES: usize = 1 << 17;

@@ -30,7 +30,7 @@ fn near(row: &Row, column: &str, found: f64, tolerance: f64) {
 fn detect() -> (Recording, Detected) {
     let description = Description::read(&fixture("slip/recording.toml")).unwrap();
     let recording = Recording::open(description).unwrap();
-    let found = recording.detect(&mut |_, _| false).unwrap();
+    let found = recording.detect(&|_, _| false).unwrap();
     (recording, found)
 }
 

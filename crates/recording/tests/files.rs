@@ -18,7 +18,7 @@ fn open(folder: &Path, stream: &str) -> Result<Recording, RecordingError> {
 }
 
 fn detect(folder: &Path, stream: &str) -> Detected {
-    open(folder, stream).and_then(|recording| recording.detect(&mut |_, _| false)).unwrap()
+    open(folder, stream).and_then(|recording| recording.detect(&|_, _| false)).unwrap()
 }
 
 /// Counts of two sensors, with a step in each.
@@ -96,13 +96,13 @@ fn an_array_is_read_in_any_layout() {
 }
 
 /// What is found by two slip sensors at 1 MHz.
-/// Long arrays are gone through in pieces of 4,096,000 samples, side by side; the same array in an archive as a whole.
+/// Long arrays are gone through in pieces of 512,000 samples, side by side; the same array in an archive as a whole.
 #[test]
 fn pieces_give_what_the_whole_gives() {
     let folder = tempfile::tempdir().unwrap();
     // At the joints of pieces: steps of both signs and clipped samples, a row of steps, each in the window of the one
     // before, and a step whose window begins just behind.
-    let [first, second, third] = [1, 2, 3].map(|n| 4_096_000 * n);
+    let [first, second, third] = [1, 2, 3].map(|n| 512_000 * n);
     let levels: HashMap<i64, i16> =
         [(first - 30, 400), (first - 1, -400), (first + 31, 400), (first + 70, -400)]
             .into_iter()
@@ -130,7 +130,7 @@ fn pieces_give_what_the_whole_gives() {
     let read = |file: &str| {
         let array = "[[stream.array]]\nrole = 'shear-strain'\nunit = '1'\nchannels = '1..1'\nx_m = [0.05]\n";
         let recording = open(folder.path(), &format!("{file}\nrate_hz = 1e6\n{array}")).unwrap();
-        let mut found = recording.detect(&mut |_, _| false).unwrap();
+        let mut found = recording.detect(&|_, _| false).unwrap();
         let warnings =
             found.warnings.iter().map(|of| of.to_string().replace("a.npz", "a.npy")).collect::<Vec<_>>();
         (recording.records(&mut found, &|| false).collect::<Result<Vec<Record>, _>>().unwrap(), warnings)
@@ -178,7 +178,7 @@ fn many_channels_of_an_array_give_what_those_of_a_table_give() {
             let array = "role = 'slip', unit = 'nm', channels = '1..21', x0_m = 0.004, dx_m = 0.004";
             let recording = open(folder.path(), &format!("{keys}\nrate_hz = 1e6\narray = [{{ {array} }}]"));
             let recording = recording.unwrap();
-            let mut found = recording.detect(&mut |_, _| false).unwrap();
+            let mut found = recording.detect(&|_, _| false).unwrap();
             let records = recording.records(&mut found, &|| false);
             records.map(|record| format!("{:?}", record.unwrap())).collect::<Vec<String>>()
         });
@@ -235,8 +235,7 @@ fn tables_of_spreadsheets_and_of_other_programs_are_read() {
     let commas = semicolons.replace('.', ",");
     let read = |text: &str, keys: &str| {
         fs::write(folder.path().join("forces.csv"), text).unwrap();
-        open(folder.path(), &format!("{FORCE}{keys}"))
-            .and_then(|recording| recording.detect(&mut |_, _| false))
+        open(folder.path(), &format!("{FORCE}{keys}")).and_then(|recording| recording.detect(&|_, _| false))
     };
     let drops = read(&plain, "").unwrap().drops;
     assert_eq!(drops.len(), 1);
@@ -296,7 +295,7 @@ fn missing_samples_are_a_gap() {
     lines[2000] = ",".to_owned();
     fs::write(folder.path().join("forces.csv"), lines.join("\n")).unwrap();
     let error = open(folder.path(), FORCE)
-        .and_then(|recording| recording.detect(&mut |_, _| false))
+        .and_then(|recording| recording.detect(&|_, _| false))
         .map(drop)
         .unwrap_err()
         .to_string();
@@ -333,7 +332,7 @@ fn missing_samples_are_a_gap() {
 }
 
 fn detect_error(folder: &Path, stream: &str) -> String {
-    open(folder, stream).and_then(|recording| recording.detect(&mut |_, _| false)).unwrap_err().to_string()
+    open(folder, stream).and_then(|recording| recording.detect(&|_, _| false)).unwrap_err().to_string()
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn open(folder: &Path, keys: &str) -> Result<Recording, RecordingError> {
 }
 
 fn read(folder: &Path, keys: &str) -> Result<Detected, RecordingError> {
-    open(folder, keys).and_then(|recording| recording.detect(&mut |_, _| false))
+    open(folder, keys).and_then(|recording| recording.detect(&|_, _| false))
 }
 
 /// What is said of a file in a folder of its own.
@@ -152,11 +152,11 @@ fn a_file_that_changes_while_it_is_read_is_refused() {
         };
         let shorter = recording();
         fs::write(&path, &bytes[..bytes.len() / 20]).unwrap();
-        let said = shorter.detect(&mut |_, _| false).map(drop).unwrap_err().to_string();
+        let said = shorter.detect(&|_, _| false).map(drop).unwrap_err().to_string();
         assert!(said.contains(name), "{said}");
         let gone = recording();
         fs::remove_file(&path).unwrap();
-        let said = gone.detect(&mut |_, _| false).map(drop).unwrap_err().to_string();
+        let said = gone.detect(&|_, _| false).map(drop).unwrap_err().to_string();
         assert!(said.contains(name), "{said}");
     }
 }

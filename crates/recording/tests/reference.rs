@@ -14,7 +14,7 @@ fn fixture(name: &str) -> PathBuf {
 fn detect(name: &str) -> (Recording, Detected) {
     let description = Description::read(&fixture(name).join("recording.toml")).unwrap();
     let recording = Recording::open(description).unwrap();
-    let found = recording.detect(&mut |_, _| false).unwrap();
+    let found = recording.detect(&|_, _| false).unwrap();
     (recording, found)
 }
 
@@ -131,7 +131,7 @@ fn a_refused_recording_says_where_and_why() {
     for row in rows {
         let description = Description::read(&fixture("faults").join(format!("{}.toml", row["recording"])));
         let outcome =
-            description.and_then(Recording::open).and_then(|recording| recording.detect(&mut |_, _| false));
+            description.and_then(Recording::open).and_then(|recording| recording.detect(&|_, _| false));
         let told = match outcome {
             Ok(found) => format!("warning: {}", found.warnings[0]),
             Err(error) => error.to_string(),

@@ -14,7 +14,7 @@ fn detect(folder: &Path, keys: &str, sensors: usize, detection: &str) -> Result<
          {keys}, channels = '1..{sensors}', x_m = {x_m:?} }}]\n[detection]\n{detection}\n"
     );
     let recording = Recording::open(Description::parse(&folder.join("recording.toml"), &text)?)?;
-    recording.detect(&mut |_, _| false)
+    recording.detect(&|_, _| false)
 }
 
 /// Writes samples of sensors, each of which falls by these steps, 400 samples apart.

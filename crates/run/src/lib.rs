@@ -40,7 +40,6 @@
 //! `examples/first_global_slip.rs` adds a custom detector. Nothing here prints, shows progress,
 //! knows exit codes or handles signals; that is up to the caller.
 
-mod at_once;
 mod check;
 #[cfg(test)]
 mod code_version;
@@ -88,4 +87,3 @@ pub use verdict::Verdict;
 
 pub use asperity_detect::{Detector, Detectors};
 pub use asperity_simulator::{Counters, SolverKind};
-pub use at_once::at_once;

@@ -6,11 +6,11 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread;
 
-use asperity_files::{FolderLock, Inputs, create_folder};
+use asperity_files::{FolderLock, Inputs, at_once, create_folder};
 use asperity_numbers::Summary;
 use asperity_record::{RunEnd, counted};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{LeftError, Nodes, RunError, SolverKind, Threads, at_once};
+use asperity_run::{LeftError, Nodes, RunError, SolverKind, Threads};
 use asperity_runlog::WriteError;
 use asperity_tables::Format;
 

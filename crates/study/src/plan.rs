@@ -12,13 +12,13 @@ use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use asperity_figures::{Figure, Kind};
-use asperity_files::{Existing, FileSet, Inputs, create_folder};
+use asperity_files::{Existing, FileSet, Inputs, at_once, create_folder};
 use asperity_model::scenario::files::UnfitState;
 use asperity_model::scenario::keys::Key;
 use asperity_model::{Files, Preview, Scenario, ScenarioSource, Warning};
 use asperity_record::bounds::{LONGEST_COMMON_BYTES, LONGEST_PLAN_BYTES};
 use asperity_record::{Cell, Parts, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_run::{CODE_VERSION, Derived, OpenedForStudy, Task, at_once};
+use asperity_run::{CODE_VERSION, Derived, OpenedForStudy, Task};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{check_value, key_of, names, runs_at, settled, spelled};

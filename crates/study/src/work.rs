@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use asperity_files::create_folder;
+use asperity_files::{at_once, create_folder};
 use asperity_model::Scenario;
 use asperity_numbers::{RunOutcome, RunResult, Summarizer};
 use asperity_record::{Event, Record, Rupture, SlipEvent};
 use asperity_run::study::Job;
 use asperity_run::{
     Begin, CHECKPOINT_INTERVAL, Derived, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, Threads,
-    at_once, run,
+    run,
 };
 use asperity_runlog::{Existing, WriteError};
 

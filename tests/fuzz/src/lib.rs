@@ -305,7 +305,7 @@ pub fn recording(input: &[u8]) {
     );
     let description = Description::parse(&folder.join("recording.toml"), &text);
     if let Err(error) =
-        description.and_then(Recording::open).and_then(|recording| recording.detect(&mut |_, _| false))
+        description.and_then(Recording::open).and_then(|recording| recording.detect(&|_, _| false))
     {
         let said = error.to_string();
         assert!(said.contains(name), "says not where and what: {said}");

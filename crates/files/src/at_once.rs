@@ -10,7 +10,7 @@ use std::thread;
 /// in the order of the jobs. Jobs start in their order, each as soon as a thread is free.
 ///
 /// ```
-/// let squares = asperity_run::at_once(&[1, 2, 3], None, |n| Ok::<_, String>(n * n));
+/// let squares = asperity_files::at_once(&[1, 2, 3], None, |n| Ok::<_, String>(n * n));
 /// assert_eq!(squares, Ok(vec![1, 4, 9]));
 /// ```
 ///

@@ -12,9 +12,8 @@ use zip::ZipArchive;
 
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, Stored};
 use crate::csv::Csv;
-use crate::description::{Axis, Kind, Missing, Stream, Time};
+use crate::description::{Axis, Kind, Stream, Time};
 use crate::error::{InputFault, RecordingError};
-use crate::gap::Gapless;
 use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy, tdms};
 
@@ -104,30 +103,20 @@ impl Folder {
         named: &str,
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
-        let mut all = columns.to_vec();
-        if stream.missing.is_some() {
-            // What is missing in one is a gap of all.
-            all.extend(stream.time.iter().map(|time| time.column.clone()));
-            all.extend(stream.channels().map(|channel| channel.column.clone()));
-        }
-        let samples: Box<dyn Samples> = if let Some(given) = self.1.get(named) {
+        Ok(if let Some(given) = self.1.get(named) {
             let axis = stream.axis;
-            Box::new(Arrays::open(&self.shown(named), stream, &all, &mut |_| npy::array(given(), axis))?)
+            Box::new(Arrays::open(&self.shown(named), stream, columns, &mut |_| npy::array(given(), axis))?)
         } else {
             let (file, shown) = self.file(named)?;
             match stream.kind().expect("it was checked") {
-                Kind::Csv => Box::new(Csv::open(file, &shown, stream, &all)?),
+                Kind::Csv => Box::new(Csv::open(file, &shown, stream, columns)?),
                 kind => {
                     let mut find = arrays(kind, file, stream).map_err(|problem| {
                         InputFault::new(&shown, "", problem.to_string(), "a file as its kind says")
                     })?;
-                    Box::new(Arrays::open(&shown, stream, &all, &mut find)?)
+                    Box::new(Arrays::open(&shown, stream, columns, &mut find)?)
                 }
             }
-        };
-        Ok(match stream.missing {
-            Some(Missing::Gap) => Box::new(Gapless::new(samples, self.shown(named), all.len())),
-            None => samples,
         })
     }
 

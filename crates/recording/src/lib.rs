@@ -57,7 +57,6 @@ mod description;
 mod error;
 mod estimates;
 mod force;
-mod gap;
 mod hdf5;
 pub mod input;
 mod line;

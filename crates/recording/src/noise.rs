@@ -287,7 +287,7 @@ impl Recording {
         }
         let mut noise = self.scatters(stream, widths, progress)?;
         let of = &self.description.streams[stream];
-        let lies_in_place = matches!(of.kind(), Some(Kind::Raw | Kind::Npy)) && of.missing.is_none();
+        let lies_in_place = matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
         let shares: Vec<Vec<Piece>> = match of.rate_hz {
             Some(_) if lies_in_place => {
                 self.pieces(stream, PIECE).into_iter().map(|piece| vec![piece]).collect()
@@ -432,10 +432,10 @@ impl Recording {
         accepted: &'static str,
     ) -> InputFault {
         let (of, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
-        let Part { file, from, left_out, .. } = surveyed.parts[part];
+        let Part { file, from, .. } = surveyed.parts[part];
         let named = &surveyed.files[file];
         let opened = self.folder.open(of, named, std::slice::from_ref(&channel.column)).ok();
-        let place = opened.zip(at).map(|(source, (n, _))| source.place(from + left_out + n));
+        let place = opened.zip(at).map(|(source, (n, _))| source.place(from + n));
         let value = at.map(|(_, value)| value.to_string());
         InputFault::new(&self.folder.shown(named), place.unwrap_or_default(), problem, accepted)
             .of(&channel.column, value.as_deref())

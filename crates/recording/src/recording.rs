@@ -279,11 +279,8 @@ impl Recording {
             |n: usize| 1 + u64::from([contacts, forces].contains(&&Some(n))) + u64::from(*forces == Some(n));
         let samples =
             |(n, of): (usize, &Surveyed)| passes(n) * of.parts.iter().map(|part| part.samples).sum::<u64>();
-        let progress = Progress {
-            watch,
-            done: AtomicU64::new(0),
-            of: self.streams.iter().enumerate().map(samples).sum(),
-        };
+        let of = self.streams.iter().enumerate().map(samples).sum();
+        let progress = Progress { watch, done: AtomicU64::new(0), of };
         let window = match (detection.window_s, contacts) {
             (Some(window_s), Some(stream)) => width(window_s, &self.streams[*stream]),
             _ => WINDOW,
@@ -433,38 +430,24 @@ impl Recording {
         let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
         let mut averager = Averager::of(parts.iter().map(|part| part.samples).sum());
-        self.pass(
-            stream,
-            &channels,
-            BEHIND * longest,
-            &pieces,
-            progress,
-            &mut |piece, first, rows, is_last| {
-                let part = piece.part;
-                for sample in first..rows.end() {
-                    let stored = rows.block.sample((sample - rows.first) as usize);
-                    let of = places.map(|place| Some(channels[place?].si(stored[place?])));
-                    if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
-                        let problem = "a normal force that is not above 0".to_owned();
-                        let at = Some((sample, stored[1]));
-                        return Err(self
-                            .fault(stream, part, channels[1], at, problem, "a load above 0 N")
-                            .into());
-                    }
-                    let [force, normal, point, end] =
-                        [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
-                    averager.add([
-                        parts[part].time_s(sample as f64),
-                        force,
-                        force / normal,
-                        point,
-                        point - end,
-                    ]);
+        let before = BEHIND * longest;
+        self.pass(stream, &channels, before, &pieces, progress, &mut |piece, first, rows, is_last| {
+            let part = piece.part;
+            for sample in first..rows.end() {
+                let stored = rows.block.sample((sample - rows.first) as usize);
+                let of = places.map(|place| Some(channels[place?].si(stored[place?])));
+                if of[1].is_some_and(|normal_n| normal_n <= 0.0) {
+                    let problem = "a normal force that is not above 0".to_owned();
+                    let (at, accepted) = (Some((sample, stored[1])), "a load above 0 N");
+                    return Err(self.fault(stream, part, channels[1], at, problem, accepted).into());
                 }
-                tried.iter_mut().for_each(|forces| forces.extend(piece, first, rows, is_last));
-                Ok(false)
-            },
-        )?;
+                let [force, normal, point, end] =
+                    [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
+                averager.add([parts[part].time_s(sample as f64), force, force / normal, point, point - end]);
+            }
+            tried.iter_mut().for_each(|forces| forces.extend(piece, first, rows, is_last));
+            Ok(false)
+        })?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;
         let chosen = tried.iter().rposition(|forces| forces.drops.len() as f64 >= SHARE_OF_DROPS * most);
         Ok((tried.swap_remove(chosen.expect("that with the most is one")), averager))

@@ -6,7 +6,6 @@ use serde::Deserialize;
 
 use crate::description::Channel;
 use crate::error::RecordingError;
-use crate::gap::Gap;
 use crate::survey::BLOCK;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
@@ -154,11 +153,6 @@ pub(crate) trait Samples {
     /// The unit of a channel, from 0, if the source itself states it, and where.
     fn unit(&self, _channel: usize) -> Option<(String, String)> {
         None
-    }
-
-    /// The samples left out so far.
-    fn gaps(&self) -> &[Gap] {
-        &[]
     }
 }
 

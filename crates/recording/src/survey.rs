@@ -1,13 +1,14 @@
 //! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
 
+use std::ops::Range;
+
 use asperity_record::SignalRecord;
 
 use crate::description::{Gaps, Stream, Time};
 use crate::error::{InputFault, RecordingError};
-use crate::gap::{Gap, MOST_PARTS};
 use crate::input::Folder;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column};
+use crate::samples::{Block, Column, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once: of whole messages of `/signal`.
@@ -18,6 +19,9 @@ const EACH: u64 = 1024;
 
 /// Intervals whose median is the interval of a stream with a column of times.
 const MOST_INTERVALS: usize = 1 << 17;
+
+/// Most parts of a stream.
+const MOST_PARTS: usize = 100_000;
 
 /// Largest relative deviation of an interval, beside what the last printed digit allows.
 const INTERVAL_TOLERANCE: f64 = 0.01;
@@ -32,8 +36,6 @@ pub(crate) struct Part {
     pub(crate) file: usize,
     /// The first sample of it in the file.
     pub(crate) from: u64,
-    /// How many samples before it are missing in the file, and not counted.
-    pub(crate) left_out: u64,
     pub(crate) samples: u64,
     /// On the common clock: of the first sample, then every [`EACH`]th, and of the last; of a constant rate the first.
     times_s: Vec<f64>,
@@ -132,24 +134,24 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             }
             let part = |(file, start_s): (usize, f64)| {
                 let mut samples = folder.open(stream, &files[file], &columns)?;
-                let all = samples.skip(usize::MAX, &mut Block::new(columns.len()))? as u64;
-                if all == 0 {
-                    let file = folder.shown(&files[file]);
-                    return Err(InputFault::new(&file, "", "no samples", "four windows").into());
-                }
-                let at_s = |sample: u64| start_s + stream.offset_s.0 + sample as f64 * interval_s;
-                let (mut found, mut begin, mut left_out, mut missing) = (Vec::new(), 0, 0, 0);
-                for gap in samples.gaps().iter().chain([&Gap { at: all, missing: 0 }]) {
-                    if gap.at > begin {
-                        let (from, samples) = (begin, gap.at - begin);
-                        let times_s = vec![at_s(from + left_out)];
-                        found.push(Part { file, from, left_out, samples, times_s, interval_s, missing });
-                        missing = 0;
+                let (runs, all) = complete(samples.as_mut(), columns.len(), stream)?;
+                let begins = [0].into_iter().chain(runs.iter().map(|run| run.end));
+                let of_run = |(run, before): (&Range<u64>, u64)| {
+                    let times_s = vec![start_s + stream.offset_s.0 + run.start as f64 * interval_s];
+                    let (samples, missing) = (run.end - run.start, run.start - before);
+                    Part { file, from: run.start, samples, times_s, interval_s, missing }
+                };
+                let mut found: Vec<Part> = runs.iter().zip(begins).map(of_run).collect();
+                let fault =
+                    |problem, accepted| InputFault::new(&folder.shown(&files[file]), "", problem, accepted);
+                match found.last_mut() {
+                    None => Err(fault("no samples", "four windows").into()),
+                    Some(_) if runs.len() > MOST_PARTS => Err(fault("too many gaps", "100000 parts").into()),
+                    Some(last) => {
+                        last.missing += all - runs[runs.len() - 1].end;
+                        Ok(found)
                     }
-                    (begin, left_out, missing) = (gap.at, left_out + gap.missing, missing + gap.missing);
                 }
-                found.last_mut().expect("there are samples").missing += missing;
-                Ok(found)
             };
             let parts: Result<Vec<_>, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
             (parts?.concat(), interval_s)
@@ -166,6 +168,36 @@ impl Time {
     }
 }
 
+/// Ranges of samples of which none is missing, and how many samples there are. Where none may be, arrays pass over them,
+/// and tables are not parsed.
+fn complete(
+    samples: &mut dyn Samples,
+    channels: usize,
+    stream: &Stream,
+) -> Result<(Vec<Range<u64>>, u64), RecordingError> {
+    let (mut runs, mut all, mut block): (Vec<Range<u64>>, _, _) = (Vec::new(), 0, Block::new(channels));
+    if stream.missing.is_none() {
+        all = samples.skip(usize::MAX, &mut block)? as u64;
+        runs.extend((all > 0).then_some(0..all));
+    }
+    while runs.len() <= MOST_PARTS && samples.next(BLOCK, &mut block)? > 0 {
+        for sample in (0..block.len()).map(|n| block.sample(n)) {
+            match runs.last_mut() {
+                _ if !is_complete(sample) => {}
+                Some(run) if run.end == all => run.end += 1,
+                _ => runs.push(all..all + 1),
+            }
+            all += 1;
+        }
+        block.resize(0);
+    }
+    Ok((runs, all))
+}
+
+fn is_complete(sample: &[f64]) -> bool {
+    sample.iter().all(|number| number.is_finite())
+}
+
 /// The parts of a file with a column of times, and the interval of its samples, s.
 fn times(
     folder: &Folder,
@@ -173,8 +205,11 @@ fn times(
     named: &str,
     time: &Time,
 ) -> Result<(Vec<Part>, f64), RecordingError> {
-    let mut samples = folder.open(stream, named, std::slice::from_ref(&time.column))?;
-    let mut block = Block::new(1);
+    // What is missing in one column is a gap of all.
+    let others = stream.missing.iter().flat_map(|_| stream.channels()).map(|channel| channel.column.clone());
+    let columns: Vec<Column> = [time.column.clone()].into_iter().chain(others).collect();
+    let mut samples = folder.open(stream, named, &columns)?;
+    let mut block = Block::new(columns.len());
     let fault = |place: String, value: Option<String>, problem: String, accepted| {
         let fault = InputFault::new(&folder.shown(named), place, problem, accepted);
         RecordingError::from(fault.of(&time.column, value.as_deref()))
@@ -185,7 +220,8 @@ fn times(
         return Err(fault(place.unwrap_or_default(), stated, problem, "s, ms, us, ns"));
     };
     samples.next(MOST_INTERVALS + 1, &mut block)?;
-    let first: Vec<f64> = block.row(0, 0).collect();
+    let known = (0..block.len()).map(|n| block.sample(n)).filter(|sample| is_complete(sample));
+    let first: Vec<f64> = known.map(|sample| sample[0]).collect();
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let interval = crate::window::median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
@@ -198,24 +234,21 @@ fn times(
     let mut parts: Vec<Part> = Vec::new();
     let time_s = |time: f64| time * unit_s + stream.offset_s.0;
     let interval_s = interval * unit_s;
-    let fresh = |from, left_out, missing| {
-        let times_s = Vec::new();
-        Part { file: 0, from, left_out, samples: 0, times_s, interval_s, missing }
-    };
-    let (mut at, mut last, mut left_out, mut gaps) = (0, f64::NAN, 0, 0);
-    let mut part = fresh(0, 0, 0);
+    let fresh = |from, missing| Part { file: 0, from, samples: 0, times_s: Vec::new(), interval_s, missing };
+    let (mut at, mut last, mut missing) = (0, f64::NAN, 0);
+    let mut part = fresh(0, 0);
     let off = |step: f64| {
         let [step, due] = [step, interval].map(|step| shown(step, digit));
         format!("{step} {in_words} where {due} {in_words} is the interval")
     };
     loop {
-        for time in block.row(0, 0) {
-            let gap = samples.gaps().get(gaps).filter(|gap| gap.at == at);
-            let missing = gap.map_or(0, |gap| gap.missing);
-            gaps += usize::from(missing > 0);
-            left_out += missing;
+        for sample in (0..block.len()).map(|n| block.sample(n)) {
+            if !is_complete(sample) {
+                (at, missing) = (at + 1, missing + 1);
+                continue;
+            }
+            let (time, place) = (sample[0], || samples.place(at));
             let step = time - last;
-            let place = || samples.place(at + left_out);
             let refused =
                 |problem: String, accepted| Err(fault(place(), Some(shown(time, digit)), problem, accepted));
             let is_gap = missing > 0 || step > GAP * interval;
@@ -230,7 +263,7 @@ fn times(
                 return refused(off(step), "intervals equal to 1 %, or resample = \"linear\"");
             }
             if is_gap && stream.resample.is_none() {
-                let next = fresh(at, left_out, missing);
+                let next = fresh(at, missing);
                 let before = std::mem::replace(&mut part, next).ended(time_s(last));
                 if before.samples > 0 {
                     parts.push(before);
@@ -240,19 +273,19 @@ fn times(
                 }
             }
             part.add(time_s(time));
-            (at, last) = (at + 1, time);
+            (at, last, missing) = (at + 1, time, 0);
         }
         block.resize(0);
         if samples.next(BLOCK, &mut block)? == 0 {
             break;
         }
     }
-    part.missing += samples.gaps()[gaps..].iter().map(|gap| gap.missing).sum::<u64>();
+    part.missing += missing;
     parts.push(part.ended(time_s(last)));
     if stream.resample.is_some() {
         let (first_s, last_s) = (time_s(first[0]), time_s(last));
         let samples = Resampled::length(last_s - first_s, interval_s);
-        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0, 0) }];
+        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0) }];
     }
     Ok((parts, interval_s))
 }

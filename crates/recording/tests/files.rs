@@ -329,6 +329,13 @@ fn missing_samples_are_a_gap() {
     assert_eq!(missing, [(1, 1, 0), (1, 2, 0), (2, 1, 20), (2, 2, 20)]);
     let error = detect_error(folder.path(), &stream.replace("missing = 'gap'\n", ""));
     assert!(error.contains("slip.npy: sample 600: 2 = NaN: not a finite number"), "{error}");
+
+    let every_other = (0..200_002).map(|n| if n % 2 == 0 { 1.0 } else { f32::NAN });
+    fs::write(folder.path().join("gaps.raw"), every_other.flat_map(f32::to_le_bytes).collect::<Vec<u8>>())
+        .unwrap();
+    let keys = "file = 'gaps.raw'\nnumbers = '<f4'\nchannels_in_file = 1\nmissing = 'gap'";
+    let error = detect_error(folder.path(), &slip_sensors(keys, "[1, 1]"));
+    assert!(error.contains("gaps.raw: too many gaps (accepted: 100000 parts)"), "{error}");
 }
 
 fn detect_error(folder: &Path, stream: &str) -> String {

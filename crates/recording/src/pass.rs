@@ -38,8 +38,6 @@ impl Progress<'_> {
 pub(crate) struct Piece {
     pub(crate) part: usize,
     pub(crate) samples: Range<u64>,
-    /// Whether more of the part follow.
-    pub(crate) goes_on: bool,
 }
 
 /// What is made of samples: their piece, the first new one, those with some before, and whether they are the last of the
@@ -110,10 +108,7 @@ impl Recording {
     pub(crate) fn pieces(&self, stream: usize, most: u64) -> Vec<Piece> {
         let pieces = |part: usize| {
             let all = self.streams[stream].parts[part].samples;
-            let piece = move |from| {
-                let to = all.min(u64::saturating_add(from, most));
-                Piece { part, samples: from..to, goes_on: to < all }
-            };
+            let piece = move |from: u64| Piece { part, samples: from..all.min(from.saturating_add(most)) };
             (0..all).step_by(most as usize).map(piece)
         };
         self.order(stream).into_iter().flat_map(pieces).collect()

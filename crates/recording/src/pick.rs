@@ -47,7 +47,7 @@ struct Finder {
     closed: VecDeque<Candidate>,
     /// Of this sign and the other: the last index beyond the threshold, and whether it belongs to this piece.
     last: [(Option<u64>, bool); 2],
-    /// Behind this index a candidate begins in the next piece.
+    /// From this index on a candidate begins in the next piece; the last one of a part has none so far.
     until: u64,
     /// Candidates of the other sign.
     others: u64,
@@ -104,12 +104,11 @@ pub(crate) struct Finders {
 
 impl Finders {
     /// Of channels that lie side by side, in a piece of a part.
-    pub(crate) fn new(searches: &[Search], Piece { samples, goes_on, .. }: &Piece) -> Finders {
+    pub(crate) fn new(searches: &[Search], Piece { samples, .. }: &Piece) -> Finders {
         let width = searches[0].width;
         let last = [(samples.start.checked_sub(1), false); 2];
-        let until = if *goes_on { samples.end + width } else { u64::MAX };
         let finder = |search: &Search| {
-            let (open, closed) = (None, VecDeque::new());
+            let (open, closed, until) = (None, VecDeque::new(), samples.end + width);
             Finder { search: *search, open, closed, last, until, others: 0 }
         };
         let of = searches.iter().map(finder).collect();

@@ -125,64 +125,41 @@ pub(crate) fn whole(source: impl Read, room: &mut u64) -> Result<Vec<u8>, Proble
     Ok(bytes)
 }
 
-/// An array whose numbers lie together.
-pub(crate) struct Stored {
-    source: Box<dyn Source>,
-    numbers: Numbers,
+/// The array whose numbers lie together from a byte of a source on, up to its end; columns do if `is_fortran`.
+pub(crate) fn stored(
+    mut source: Box<dyn Source>,
     at: u64,
-    sides: [(u64, u64); 2],
-    bytes: Vec<u8>,
-}
-
-impl Stored {
-    /// The array from a byte of a source on, up to its end. Columns lie together if `is_fortran`.
-    pub(crate) fn open(
-        mut source: Box<dyn Source>,
-        at: u64,
-        numbers: Numbers,
-        is_fortran: bool,
-        mut sizes: Vec<u64>,
-        mut axis: Axis,
-    ) -> Opened {
-        let length = source.seek(SeekFrom::End(0))?;
-        let stated = sizes.iter().try_fold(numbers.bytes, |all, size| all.checked_mul(*size));
-        if stated.and_then(|stated| stated.checked_add(at)) != Some(length) {
-            return Err(format!("{length} bytes, which is not what its header says").into());
-        }
-        if is_fortran {
-            (sizes, axis) = (sizes.into_iter().rev().collect(), axis.turned());
-        }
-        let sides = sides(&sizes, axis)?;
-        let [(samples, _), (channels, _)] = sides;
-        let mut stored = Stored { source, numbers, at, sides, bytes: Vec::new() };
-        let read: Box<ReadGrid> =
-            Box::new(move |samples, channels, to, apart| stored.read(samples, channels, to, apart));
-        Ok(Grid { samples, channels, is_finite: numbers.are_integers, read })
+    numbers: Numbers,
+    is_fortran: bool,
+    mut sizes: Vec<u64>,
+    mut axis: Axis,
+) -> Opened {
+    let Numbers { bytes, are_integers, decode } = numbers;
+    let length = source.seek(SeekFrom::End(0))?;
+    let stated = sizes.iter().try_fold(bytes, |all, size| all.checked_mul(*size));
+    if stated.and_then(|stated| stated.checked_add(at)) != Some(length) {
+        return Err(format!("{length} bytes, which is not what its header says").into());
     }
-
-    /// Reads so many numbers from one on, behind so many that were read.
-    fn fetch(&mut self, read: u64, from: u64, count: u64) -> io::Result<()> {
-        let [read, count] = [read, count].map(|numbers| (numbers * self.numbers.bytes) as usize);
-        self.bytes.resize(read + count, 0);
-        self.source.seek(SeekFrom::Start(self.at + from * self.numbers.bytes))?;
-        self.source.read_exact(&mut self.bytes[read..])
+    if is_fortran {
+        (sizes, axis) = (sizes.into_iter().rev().collect(), axis.turned());
     }
-
-    fn read(
-        &mut self,
-        samples: Range<u64>,
-        channels: &[u64],
-        to: &mut [f64],
-        apart: usize,
-    ) -> io::Result<()> {
-        let (Numbers { bytes, decode, .. }, [(_, piece), (_, between)]) = (self.numbers, self.sides);
+    let [(samples, piece), (channels, between)] = sides(&sizes, axis)?;
+    let mut held = Vec::new();
+    // Reads so many numbers from one on, behind so many that are held.
+    let mut fetch = move |held: &mut Vec<u8>, before: u64, from: u64, count: u64| -> io::Result<()> {
+        let [before, count] = [before, count].map(|numbers| (numbers * bytes) as usize);
+        held.resize(before + count, 0);
+        source.seek(SeekFrom::Start(at + from * bytes))?;
+        source.read_exact(&mut held[before..])
+    };
+    let read: Box<ReadGrid> = Box::new(move |samples, channels, to, apart| {
         let count = samples.end - samples.start;
         if piece == 1 {
             for (n, channel) in (0..).zip(channels) {
-                self.fetch(n * count, channel * between + samples.start, count)?;
+                fetch(&mut held, n * count, channel * between + samples.start, count)?;
             }
             for first in (0..count).step_by(FEW as usize) {
-                for (n, row) in self.bytes.chunks_exact((count * bytes) as usize).enumerate() {
+                for (n, row) in held.chunks_exact((count * bytes) as usize).enumerate() {
                     let few = first * bytes..count.min(first + FEW) * bytes;
                     let few = &row[few.start as usize..few.end as usize];
                     decode(few, 1, 0..1, &mut to[first as usize * apart + n..], apart);
@@ -192,16 +169,17 @@ impl Stored {
         }
         let at_once = (PIECE_BYTES / (piece * bytes)).max(1);
         for first in samples.clone().step_by(at_once as usize) {
-            self.fetch(0, first * piece, at_once.min(samples.end - first) * piece)?;
+            fetch(&mut held, 0, first * piece, at_once.min(samples.end - first) * piece)?;
             let mut at = (first - samples.start) as usize * apart;
             for neighbours in channels.chunk_by(|a, b| a + 1 == *b) {
                 let wanted = neighbours[0] as usize..neighbours[0] as usize + neighbours.len();
-                decode(&self.bytes, piece as usize, wanted, &mut to[at..], apart);
+                decode(&held, piece as usize, wanted, &mut to[at..], apart);
                 at += neighbours.len();
             }
         }
         Ok(())
-    }
+    });
+    Ok(Grid { samples, channels, is_finite: are_integers, read })
 }
 
 /// Whether all numbers are finite, without a branch at each.

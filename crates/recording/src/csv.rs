@@ -73,54 +73,45 @@ impl Csv {
         // NumPy writes the heading as a comment.
         let is_number = |cell: &[u8]| fast_float2::parse::<f64, _>(cell.trim_ascii()).is_ok();
         let first = heading.split(|byte| *byte == delimiter(&heading)).next().unwrap_or_default();
-        let mut lines_before = lines - u64::from(!heading.is_empty());
         if let Some(comment) = comment.filter(|_| is_number(first)) {
-            lines_before -= 1;
             heading = [comment, heading].concat();
         }
-        let delimiter = delimiter(heading.split(|byte| *byte == b'\n').next().unwrap_or_default());
-        let reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .delimiter(delimiter)
-            .from_reader(Cursor::new(heading).chain(source));
-        let mut table = Csv {
-            reader,
+        let of_heading = heading.split_inclusive(|byte| *byte == b'\n');
+        let delimiter = delimiter(of_heading.clone().next().unwrap_or_default());
+        let lines_before = lines - of_heading.count() as u64;
+        let (mut record, mut reader) = (ByteRecord::new(), ReaderBuilder::new());
+        let reader = reader.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter);
+        let mut reader = reader.from_reader(Cursor::new(heading).chain(source));
+        let mut texts = || -> Result<Vec<String>, RecordingError> {
+            reader.read_byte_record(&mut record).map_err(|error| io(error.into()))?;
+            Ok(record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect())
+        };
+        let heading = texts()?;
+        let units = if stream.units_row { texts()? } else { Vec::new() };
+        let found = columns.iter().map(|column| {
+            let place = match column {
+                Column::Name(name) => heading.iter().position(|known| known == name),
+                Column::Number(number) => Some(*number as usize - 1),
+            };
+            place.filter(|place| *place < heading.len()).ok_or_else(|| {
+                let problem = format!("no such column; there are {}", heading.join(", "));
+                let place = format!(":{}", lines_before + 1);
+                InputFault::new(shown, place, problem, "a column of the heading").of(column, None)
+            })
+        });
+        Ok(Csv {
+            columns: found.collect::<Result<_, InputFault>>()?,
             path: shown.to_owned(),
-            heading: Vec::new(),
-            units: Vec::new(),
-            columns: Vec::new(),
-            record: ByteRecord::new(),
+            first_line: lines_before + reader.position().line(),
+            reader,
+            heading,
+            units,
+            record,
             lines_before,
-            first_line: 0,
             mark: None,
             may_have_commas: delimiter != b',',
             is_complete: stream.missing.is_none(),
-        };
-        table.heading = table.row_of_text()?;
-        if stream.units_row {
-            table.units = table.row_of_text()?;
-        }
-        table.first_line = lines_before + table.reader.position().line();
-        let found = columns.iter().map(|column| {
-            let place = match column {
-                Column::Name(name) => table.heading.iter().position(|known| known == name),
-                Column::Number(number) => Some(*number as usize - 1),
-            };
-            place.filter(|place| *place < table.heading.len()).ok_or_else(|| {
-                let problem = format!("no such column; there are {}", table.heading.join(", "));
-                let place = format!(":{}", lines_before + 1);
-                InputFault::new(shown, place, problem, "a column of the heading").of(column, None).into()
-            })
-        });
-        table.columns = found.collect::<Result<_, RecordingError>>()?;
-        Ok(table)
-    }
-
-    fn row_of_text(&mut self) -> Result<Vec<String>, RecordingError> {
-        self.advance()?;
-        Ok(self.record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect())
+        })
     }
 
     /// Reads the next row; false at the end.

@@ -29,8 +29,7 @@ pub enum RecordingError {
 
 impl RecordingError {
     pub(crate) fn io(file: &Path) -> impl Fn(io::Error) -> RecordingError {
-        let file = file.to_owned();
-        move |error| RecordingError::Io { file: file.clone(), error }
+        move |error| RecordingError::Io { file: file.to_owned(), error }
     }
 
     /// Of records that are kept in the folder for temporary files.
@@ -40,7 +39,8 @@ impl RecordingError {
 }
 
 /// What is wrong in a file of samples.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{}{place}: {of}{problem:.1000} (accepted: {accepted})", file.display())]
 pub struct InputFault {
     file: PathBuf,
     /// Where in it: `:LINE`, `: sample N`, or nothing.
@@ -68,12 +68,3 @@ impl InputFault {
         InputFault { of: format!("{column:.200}{value}: "), ..self }
     }
 }
-
-impl fmt::Display for InputFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let InputFault { file, place, of, problem, accepted } = self;
-        write!(f, "{}{place}: {of}{problem:.1000} (accepted: {accepted})", file.display())
-    }
-}
-
-impl std::error::Error for InputFault {}

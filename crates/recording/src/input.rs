@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use zip::ZipArchive;
 
-use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, Stored};
+use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Stream, Time};
 use crate::error::{InputFault, RecordingError};
@@ -45,9 +45,14 @@ impl Folder {
         Folder(folder.unwrap_or(Path::new(".")).to_owned(), given)
     }
 
-    /// The place of a path that is named in the description, and the path as it is shown.
-    fn inside(&self, named: &str) -> Result<(PathBuf, PathBuf), RecordingError> {
-        let shown = self.0.join(named);
+    /// The path of a file as messages show it.
+    pub(crate) fn shown(&self, named: &str) -> PathBuf {
+        self.0.join(named)
+    }
+
+    /// The place of a path that is named in the description.
+    fn inside(&self, named: &str) -> Result<PathBuf, RecordingError> {
+        let shown = self.shown(named);
         let outside = || {
             let problem = "it is outside the folder of the recording";
             InputFault::new(&shown, "", problem, "a file inside, by its path from there")
@@ -60,32 +65,27 @@ impl Folder {
         if !path.starts_with(folder) {
             return Err(outside().into());
         }
-        Ok((path, shown))
+        Ok(path)
     }
 
-    /// A file that is named in the description, and its path as it is shown.
-    fn file(&self, named: &str) -> Result<(File, PathBuf), RecordingError> {
-        let (path, shown) = self.inside(named)?;
-        let file = asperity_files::open(&path).map_err(RecordingError::io(&shown))?;
-        Ok((file, shown))
+    /// A file that is named in the description.
+    fn file(&self, named: &str) -> Result<File, RecordingError> {
+        asperity_files::open(&self.inside(named)?).map_err(RecordingError::io(&self.shown(named)))
     }
 
     /// The files of a stream: of segments in the order of the numbers in place of the `*`.
     pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>, RecordingError> {
         let Some((before, after)) = stream.file.split_once('*') else { return Ok(vec![stream.file.clone()]) };
-        let (folder, first) = before.rsplit_once('/').map_or(("", before), |(folder, first)| (folder, first));
-        let number = |name: &str, first: &str| name.strip_prefix(first)?.strip_suffix(after)?.parse().ok();
-        let given = self.1.keys().filter_map(|name| Some((number(name, before)?, name.clone())));
-        let mut segments: Vec<(u64, String)> = given.collect();
+        let folder = &before[..before.rfind('/').map_or(0, |slash| slash + 1)];
+        let numbered =
+            |name: String| Some((name.strip_prefix(before)?.strip_suffix(after)?.parse().ok()?, name));
+        let mut segments: Vec<(u64, String)> = self.1.keys().cloned().filter_map(numbered).collect();
         if segments.is_empty() {
-            let shown = self.0.join(folder);
-            let place = if folder.is_empty() { self.0.clone() } else { self.inside(folder)?.0 };
-            let entries = asperity_files::entries(&place).map_err(RecordingError::io(&shown))?;
-            segments.extend(entries.iter().filter_map(|entry| {
-                let name = entry.file_name().to_string_lossy().into_owned();
-                let number = number(&name, first)?;
-                Some((number, if folder.is_empty() { name } else { format!("{folder}/{name}") }))
-            }));
+            let place = if folder.is_empty() { self.0.clone() } else { self.inside(folder)? };
+            let entries = asperity_files::entries(&place).map_err(RecordingError::io(&self.shown(folder)))?;
+            let names =
+                entries.iter().map(|entry| format!("{folder}{}", entry.file_name().to_string_lossy()));
+            segments.extend(names.filter_map(numbered));
         }
         segments.sort_unstable();
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
@@ -103,43 +103,37 @@ impl Folder {
         named: &str,
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
-        Ok(if let Some(given) = self.1.get(named) {
-            let axis = stream.axis;
-            Box::new(Arrays::open(&self.shown(named), stream, columns, &mut |_| npy::array(given(), axis))?)
-        } else {
-            let (file, shown) = self.file(named)?;
-            match stream.kind().expect("it was checked") {
-                Kind::Csv => Box::new(Csv::open(file, &shown, stream, columns)?),
-                kind => {
-                    let mut find = arrays(kind, file, stream).map_err(|problem| {
-                        InputFault::new(&shown, "", problem.to_string(), "a file as its kind says")
-                    })?;
-                    Box::new(Arrays::open(&shown, stream, columns, &mut find)?)
-                }
+        let (shown, axis) = (&self.shown(named), stream.axis);
+        if let Some(given) = self.1.get(named) {
+            return Ok(Box::new(Arrays::open(shown, stream, columns, &mut |_| npy::array(given(), axis))?));
+        }
+        let file = self.file(named)?;
+        Ok(match stream.kind().expect("it was checked") {
+            Kind::Csv => Box::new(Csv::open(file, shown, stream, columns)?),
+            kind => {
+                let mut find = arrays(kind, file, stream).map_err(|problem| {
+                    InputFault::new(shown, "", problem.to_string(), "a file as its kind says")
+                })?;
+                Box::new(Arrays::open(shown, stream, columns, &mut find)?)
             }
         })
     }
 
     /// The times at which segments start, s.
     pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
-        let (file, shown) = self.file(&starts.file)?;
-        let mut table = Csv::open(file, &shown, &Stream::default(), std::slice::from_ref(&starts.column))?;
+        let (file, columns) = (self.file(&starts.file)?, std::slice::from_ref(&starts.column));
+        let mut table = Csv::open(file, &self.shown(&starts.file), &Stream::default(), columns)?;
         let mut block = Block::new(1);
         table.next(MOST_SEGMENTS + 1, &mut block)?;
         let unit_s = starts.unit.as_ref().map_or(1.0, |unit| unit.scale);
         Ok(block.row(0, 0).map(|start| start * unit_s).collect())
     }
 
-    /// The path of a file as messages show it.
-    pub(crate) fn shown(&self, named: &str) -> PathBuf {
-        self.0.join(named)
-    }
-
     /// Length and hash of a file.
     pub(crate) fn input(&self, named: &str, is_in_vain: &AtomicBool) -> Result<Input, RecordingError> {
         let mut file: Box<dyn Read> = match self.1.get(named) {
             Some(given) => given(),
-            None => Box::new(self.file(named)?.0),
+            None => Box::new(self.file(named)?),
         };
         let mut hasher = blake3::Hasher::new();
         let mut before = None;
@@ -187,7 +181,7 @@ fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> 
             let Some(numbers) = numbers else { return npy::array(source, axis) };
             let samples = file.metadata()?.len().saturating_sub(at) / (channels * numbers.bytes);
             let is_turned = axis == Axis::ChannelsFirst;
-            Stored::open(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
+            stored(source, at, numbers, is_turned, vec![samples, channels], Axis::SamplesFirst)
         }),
     })
 }

@@ -7,7 +7,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
 
-use crate::array::{Numbers, Opened, Problem, Stored, whole};
+use crate::array::{Numbers, Opened, Problem, stored, whole};
 use crate::description::Axis;
 
 /// Kinds of elements, with what NumPy calls the numbers in them.
@@ -102,6 +102,6 @@ pub(crate) fn array(file: &mut File, name: &str, axis: Axis, room: &mut u64) -> 
             sizes = vec![sizes[0] * sizes[1]];
         }
         let source = Box::new(Cursor::new(content));
-        return Stored::open(source, 0, numbers.ok_or("no numbers")?, true, sizes, axis);
+        return stored(source, 0, numbers.ok_or("no numbers")?, true, sizes, axis);
     }
 }

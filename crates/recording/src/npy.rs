@@ -8,7 +8,7 @@ use std::io::{Cursor, SeekFrom};
 
 use zip::ZipArchive;
 
-use crate::array::{Numbers, Opened, Source, Stored, whole};
+use crate::array::{Numbers, Opened, Source, stored, whole};
 use crate::description::Axis;
 
 /// The longest header that is read.
@@ -45,7 +45,7 @@ pub(crate) fn array(mut source: Box<dyn Source>, axis: Axis) -> Opened {
     read.map_err(|_| "it ends in its header")?;
     let (numbers, is_fortran, sizes) =
         parsed(&String::from_utf8_lossy(&header)).ok_or("a header of another kind")?;
-    Stored::open(source, at + bytes, numbers, is_fortran, sizes, axis)
+    stored(source, at + bytes, numbers, is_fortran, sizes, axis)
 }
 
 /// What the header of an array says: numbers, whether columns lie together, and sizes.

@@ -1,7 +1,5 @@
 //! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
 
-use std::ops::Range;
-
 use asperity_record::SignalRecord;
 
 use crate::description::{Gaps, Stream, Time};
@@ -45,22 +43,6 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Adds the next sample of a column of times.
-    fn add(&mut self, time_s: f64) {
-        if self.samples.is_multiple_of(EACH) {
-            self.times_s.push(time_s);
-        }
-        self.samples += 1;
-    }
-
-    /// The part, whose last sample this is.
-    fn ended(mut self, time_s: f64) -> Part {
-        if self.samples > 1 && !(self.samples - 1).is_multiple_of(EACH) {
-            self.times_s.push(time_s);
-        }
-        self
-    }
-
     /// Of a column of times: a sample whose time is kept, how many there are up to the next one, and both times.
     fn kept(&self, n: usize) -> (f64, f64, [f64; 2]) {
         let from = (n as u64 * EACH) as f64;
@@ -133,24 +115,18 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
                 return Err(InputFault::new(&file, "", problem, "a start for every segment").into());
             }
             let part = |(file, start_s): (usize, f64)| {
-                let mut samples = folder.open(stream, &files[file], &columns)?;
-                let (runs, all) = complete(samples.as_mut(), columns.len(), stream)?;
-                let begins = [0].into_iter().chain(runs.iter().map(|run| run.end));
-                let of_run = |(run, before): (&Range<u64>, u64)| {
-                    let times_s = vec![start_s + stream.offset_s.0 + run.start as f64 * interval_s];
-                    let (samples, missing) = (run.end - run.start, run.start - before);
-                    Part { file, from: run.start, samples, times_s, interval_s, missing }
+                let samples = folder.open(stream, &files[file], &columns)?;
+                let begun = |from, samples, missing| {
+                    let times_s = vec![start_s + stream.offset_s.0 + from as f64 * interval_s];
+                    Part { file, from, samples, times_s, interval_s, missing }
                 };
-                let mut found: Vec<Part> = runs.iter().zip(begins).map(of_run).collect();
+                let found = complete(samples, columns.len(), stream, begun)?;
                 let fault =
                     |problem, accepted| InputFault::new(&folder.shown(&files[file]), "", problem, accepted);
-                match found.last_mut() {
-                    None => Err(fault("no samples", "four windows").into()),
-                    Some(_) if runs.len() > MOST_PARTS => Err(fault("too many gaps", "100000 parts").into()),
-                    Some(last) => {
-                        last.missing += all - runs[runs.len() - 1].end;
-                        Ok(found)
-                    }
+                match found.len() {
+                    0 => Err(fault("no samples", "four windows").into()),
+                    1..=MOST_PARTS => Ok(found),
+                    _ => Err(fault("too many gaps", "100000 parts").into()),
                 }
             };
             let parts: Result<Vec<_>, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
@@ -168,30 +144,32 @@ impl Time {
     }
 }
 
-/// Ranges of samples of which none is missing, and how many samples there are. Where none may be, arrays pass over them,
-/// and tables are not parsed.
+/// Parts of samples at a constant rate, each from the first of them on, with so many samples, and missing before it. Where
+/// none may be missing, arrays pass over them, and tables are not parsed.
 fn complete(
-    samples: &mut dyn Samples,
+    mut samples: Box<dyn Samples>,
     channels: usize,
     stream: &Stream,
-) -> Result<(Vec<Range<u64>>, u64), RecordingError> {
-    let (mut runs, mut all, mut block): (Vec<Range<u64>>, _, _) = (Vec::new(), 0, Block::new(channels));
+    begun: impl Fn(u64, u64, u64) -> Part,
+) -> Result<Vec<Part>, RecordingError> {
+    let (mut parts, mut at, mut missing, mut block) = (Vec::<Part>::new(), 0, 0, Block::new(channels));
     if stream.missing.is_none() {
-        all = samples.skip(usize::MAX, &mut block)? as u64;
-        runs.extend((all > 0).then_some(0..all));
+        let all = samples.skip(usize::MAX, &mut block)? as u64;
+        parts.extend((all > 0).then(|| begun(0, all, 0)));
     }
-    while runs.len() <= MOST_PARTS && samples.next(BLOCK, &mut block)? > 0 {
+    while parts.len() <= MOST_PARTS && samples.next(BLOCK, &mut block)? > 0 {
         for sample in (0..block.len()).map(|n| block.sample(n)) {
-            match runs.last_mut() {
-                _ if !is_complete(sample) => {}
-                Some(run) if run.end == all => run.end += 1,
-                _ => runs.push(all..all + 1),
+            match parts.last_mut() {
+                _ if !is_complete(sample) => missing += 1,
+                Some(part) if missing == 0 => part.samples += 1,
+                _ => parts.push(begun(at, 1, std::mem::take(&mut missing))),
             }
-            all += 1;
+            at += 1;
         }
         block.resize(0);
     }
-    Ok((runs, all))
+    parts.iter_mut().next_back().into_iter().for_each(|last| last.missing += missing);
+    Ok(parts)
 }
 
 fn is_complete(sample: &[f64]) -> bool {
@@ -229,16 +207,16 @@ fn times(
         return Err(fault(String::new(), None, problem, "two samples, the later behind"));
     }
     // Times are printed with some digits, of which the last may be off by one.
-    let digit = first.iter().map(|time| last_digit(*time)).fold(f64::INFINITY, f64::min);
-    let tolerance = INTERVAL_TOLERANCE * interval + digit;
+    let places = |time: &f64| time.to_string().split_once('.').map_or(0, |(_, places)| places.len().min(12));
+    let places = first.iter().map(places).max().unwrap_or_default();
+    let shown = |time: f64| format!("{time:.places$}");
+    let tolerance = INTERVAL_TOLERANCE * interval + 10f64.powi(-(places as i32));
     let mut parts: Vec<Part> = Vec::new();
     let time_s = |time: f64| time * unit_s + stream.offset_s.0;
     let interval_s = interval * unit_s;
-    let fresh = |from, missing| Part { file: 0, from, samples: 0, times_s: Vec::new(), interval_s, missing };
     let (mut at, mut last, mut missing) = (0, f64::NAN, 0);
-    let mut part = fresh(0, 0);
     let off = |step: f64| {
-        let [step, due] = [step, interval].map(|step| shown(step, digit));
+        let [step, due] = [step, interval].map(shown);
         format!("{step} {in_words} where {due} {in_words} is the interval")
     };
     loop {
@@ -250,7 +228,7 @@ fn times(
             let (time, place) = (sample[0], || samples.place(at));
             let step = time - last;
             let refused =
-                |problem: String, accepted| Err(fault(place(), Some(shown(time, digit)), problem, accepted));
+                |problem: String, accepted| Err(fault(place(), Some(shown(time)), problem, accepted));
             let is_gap = missing > 0 || step > GAP * interval;
             if step <= 0.0 {
                 let problem = if step < 0.0 { "time runs back" } else { "time repeats" };
@@ -262,17 +240,19 @@ fn times(
             } else if !is_gap && (step - interval).abs() > tolerance {
                 return refused(off(step), "intervals equal to 1 %, or resample = \"linear\"");
             }
-            if is_gap && stream.resample.is_none() {
-                let next = fresh(at, missing);
-                let before = std::mem::replace(&mut part, next).ended(time_s(last));
-                if before.samples > 0 {
-                    parts.push(before);
-                }
+            if parts.is_empty() || is_gap && stream.resample.is_none() {
                 if parts.len() == MOST_PARTS {
                     return refused("too many gaps".to_owned(), "100000 parts");
                 }
+                parts.push(Part { file: 0, from: at, samples: 0, times_s: Vec::new(), interval_s, missing });
             }
-            part.add(time_s(time));
+            let part = parts.last_mut().expect("it was begun");
+            // The time of the last sample gives way to the next one, unless it is one of every so many.
+            if part.samples % EACH != 1 {
+                part.times_s.pop();
+            }
+            part.times_s.push(time_s(time));
+            part.samples += 1;
             (at, last, missing) = (at + 1, time, 0);
         }
         block.resize(0);
@@ -280,23 +260,11 @@ fn times(
             break;
         }
     }
+    let part = parts.last_mut().expect("two samples ascend");
     part.missing += missing;
-    parts.push(part.ended(time_s(last)));
     if stream.resample.is_some() {
-        let (first_s, last_s) = (time_s(first[0]), time_s(last));
-        let samples = Resampled::length(last_s - first_s, interval_s);
-        parts = vec![Part { samples, times_s: vec![first_s], ..fresh(0, 0) }];
+        part.samples = Resampled::length(time_s(last) - part.first_s(), interval_s);
+        part.times_s.truncate(1);
     }
     Ok((parts, interval_s))
-}
-
-/// The last decimal place that a number is printed with, up to twelve.
-fn last_digit(number: f64) -> f64 {
-    let text = number.to_string();
-    let places = text.split_once('.').map_or(0, |(_, places)| places.len().min(12));
-    10f64.powi(-(places as i32))
-}
-
-fn shown(number: f64, digit: f64) -> String {
-    format!("{number:.places$}", places = (-digit.log10()).round().max(0.0) as usize)
 }

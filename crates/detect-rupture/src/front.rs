@@ -1,5 +1,7 @@
 //! How fast a front ran.
 
+use asperity_record::{median, median_and_scatter};
+
 /// Fewest contacts of a row, the column of nucleation included, over which a front has a speed.
 const FEWEST_CONTACTS: usize = 4;
 
@@ -33,20 +35,8 @@ pub(crate) fn speed_m_per_s(rows: &[Vec<Passed>], spacing_m: f64) -> Option<f64>
             }
         }
     }
-    let median = median(&mut slowness)?;
+    let median = median(&mut slowness);
     (median > 0.0).then(|| spacing_m / median)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return None;
-    }
-    let is_odd = values.len() % 2 == 1;
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let upper = *upper;
-    let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(upper);
-    Some(if is_odd { upper } else { (lower + upper) / 2.0 })
 }
 
 /// An arrival at a sensor: the distance from that of nucleation, m, the time, s, and its standard error, s.
@@ -55,7 +45,6 @@ pub(crate) type Seen = [f64; 3];
 /// The speed of a front that sensors saw, by the same method, and its standard error, m/s: by the larger of the mean
 /// error of an arrival and the scatter about the front, 1.4826 times the median of absolute deviations.
 pub(crate) fn measured_speed_m_per_s(seen: &[Seen]) -> Option<[f64; 2]> {
-    const MAD_TO_SIGMA: f64 = 1.4826;
     if seen.len() < FEWEST_CONTACTS {
         return None;
     }
@@ -63,13 +52,13 @@ pub(crate) fn measured_speed_m_per_s(seen: &[Seen]) -> Option<[f64; 2]> {
     let pairs = used.iter().enumerate().flat_map(|(n, [x_m, time_s, _])| {
         used[n + 1..].iter().map(move |[next_m, next_s, _]| (next_s - time_s) / (next_m - x_m))
     });
-    let speed_m_per_s = 1.0 / median(&mut pairs.collect::<Vec<f64>>()).filter(|slowness| *slowness > 0.0)?;
+    let slowness = median(&mut pairs.collect::<Vec<f64>>());
+    let speed_m_per_s = (slowness > 0.0).then(|| 1.0 / slowness)?;
     let count = seen.len() as f64;
     let mut late_s: Vec<f64> = seen.iter().map(|[x_m, time_s, _]| time_s - x_m / speed_m_per_s).collect();
-    let middle_s = median(&mut late_s)?;
-    late_s.iter_mut().for_each(|late_s| *late_s = (*late_s - middle_s).abs());
+    let [_, scatter_s] = median_and_scatter(&mut late_s);
     let mean_error_s = seen.iter().map(|[.., error_s]| error_s).sum::<f64>() / count;
-    let scatter_s = mean_error_s.max(MAD_TO_SIGMA * median(&mut late_s)?);
+    let scatter_s = mean_error_s.max(scatter_s);
     let mean_m = seen.iter().map(|[x_m, ..]| x_m).sum::<f64>() / count;
     let squares_m2: f64 = seen.iter().map(|[x_m, ..]| (x_m - mean_m).powi(2)).sum();
     Some([speed_m_per_s, speed_m_per_s * speed_m_per_s * scatter_s / squares_m2.sqrt()])

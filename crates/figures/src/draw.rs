@@ -201,7 +201,7 @@ impl Figures {
         }
         for (_, figure) in self.all() {
             let named = if figure.runs().is_empty() { Err("no run is named".to_owned()) } else { Ok(()) };
-            let checked = named.and_then(|()| figure.check());
+            let checked = named.and_then(|()| figure.check()).and_then(|()| figure.measured());
             checked.map_err(|problem| format!("figure {}: {problem}", figure.frame().file))?;
         }
         Ok(())

@@ -9,10 +9,7 @@ pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 /// The median; the mean of the middle two of an even number of values.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
-    values.sort_by(f64::total_cmp);
-    let upper = *values.get(values.len() / 2)?;
-    let lower = values[(values.len() - 1) / 2];
-    Some((lower + upper) / 2.0)
+    (!values.is_empty()).then(|| asperity_record::median(&mut values))
 }
 
 /// The number below which a share of them lies, between two numbers by a straight line.

@@ -5,14 +5,13 @@
 //! place `x`, over the length of the slider, needs `F_T / F_N = mu_d (x + theta (x - x^2))`.
 
 use asperity_detect::{RuptureTracker, Slipped};
-use asperity_record::{Estimate, FirstReach, LoadDrop, Row};
+use asperity_record::{Estimate, FirstReach, LoadDrop, Row, median_and_scatter};
 
 use crate::description::Channel;
 use crate::error::RecordingError;
 use crate::line::Line;
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
-use crate::window::{MAD_TO_SIGMA, median};
 
 /// Samples of a shear gauge up to an arrival, the largest of which counts.
 const SHEAR_SAMPLES: u64 = 16;
@@ -39,9 +38,8 @@ const STRETCH: usize = 4;
 
 /// The median with the error `1.4826 MAD / sqrt(n)`; none of fewer than two values.
 pub(crate) fn median_of(mut values: Vec<f64>) -> Option<Value> {
-    let (value, count) = (median(&mut values), values.len() as f64);
-    values.iter_mut().for_each(|of| *of = (*of - value).abs());
-    (count > 1.0).then(|| [value, MAD_TO_SIGMA * median(&mut values) / count.sqrt()])
+    let (count, [value, scatter]) = (values.len() as f64, median_and_scatter(&mut values));
+    (count > 1.0).then(|| [value, scatter / count.sqrt()])
 }
 
 /// The slope of the least-squares line of a column on another; none where either is not measured.

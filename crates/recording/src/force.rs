@@ -7,7 +7,7 @@ use asperity_record::LoadDrop;
 
 use crate::description::Channel;
 use crate::line::Line;
-use crate::noise::{OfPart, plateaus};
+use crate::noise::plateaus;
 use crate::pass::Piece;
 use crate::pick::{Finders, Search};
 use crate::ramp::Ramp;
@@ -34,7 +34,6 @@ pub(crate) struct Forces<'a> {
     pub(crate) channels: Vec<&'a Channel>,
     pub(crate) places: [Option<usize>; 4],
     pub(crate) normal_force_n: Option<f64>,
-    pub(crate) noise: Vec<OfPart>,
     pub(crate) finder: Finders,
     pub(crate) drops: Vec<LoadDrop>,
     /// How many ramps of the part were judged.
@@ -73,7 +72,7 @@ impl Forces<'_> {
     /// The lines before and behind a ramp, and the samples whose normal force counts.
     fn ranges(&self, part: usize, n: usize) -> [Range<u64>; 3] {
         let (ramps, samples, width) =
-            (&self.ramps[part], self.parts[part].samples, self.searches[part].width);
+            (&self.ramps[part], self.parts[part].samples, self.searches[part].noise.width);
         let (begin, end) = (ramps[n].begin.floor() as u64, ramps[n].end.ceil() as u64);
         let from = |place: u64| place.min(samples);
         let least = n.checked_sub(1).map_or(0, |before| ramps[before].end.ceil() as u64 + MARGIN);
@@ -93,13 +92,13 @@ impl Forces<'_> {
         if first == 0 {
             (self.judged, self.finder) = (0, Finders::new(&self.searches[part..=part], piece));
         }
-        let (noise, ramps) = (&self.noise[part], &mut self.ramps[part]);
+        let (noise, ramps) = (self.searches[part].noise, &mut self.ramps[part]);
         self.finder.extend(rows, FORCE, is_last, &mut |_, ramp| {
             if !noise.is_clipped_at(plateaus(rows, FORCE, &ramp)) {
                 ramps.push(ramp);
             }
         });
-        let (end, width) = (rows.end(), self.searches[part].width);
+        let (end, width) = (rows.end(), self.searches[part].noise.width);
         while let Some(ramp) = self.ramps[part].get(self.judged)
             && (is_last || ramp.end.ceil() as u64 + AHEAD * width + 2 * MARGIN < end)
         {
@@ -141,7 +140,7 @@ impl Forces<'_> {
         let stiffness_n_per_m = speed_m_per_s.map(|speed_m_per_s| loading_rate_n_per_s / speed_m_per_s);
         Some(LoadDrop {
             drop: 0,
-            part: part as u64 + 1,
+            part: of.number,
             onset_s,
             end_s,
             ft_before_n,
@@ -176,7 +175,7 @@ impl Forces<'_> {
         let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
         let (part, of) = nearest.expect("a stream has a part");
         let (width, free, last, place) =
-            (self.searches[part].width, &free[part], of.samples - 1, of.sample_at(time_s));
+            (self.searches[part].noise.width, &free[part], of.samples - 1, of.sample_at(time_s));
         let samples = match side {
             Side::Before => {
                 let at = ((place - 1.0).floor().max(0.0) as u64).min(last);

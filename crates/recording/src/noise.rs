@@ -35,7 +35,7 @@ pub(crate) struct OfPart {
     pub(crate) scatter: Scatter,
     /// The extremes at which it is clipped.
     clips: [Option<Run>; 2],
-    /// Whether the steps between numbers are above the noise.
+    /// Whether steps between numbers are above the noise.
     is_coarse: bool,
 }
 
@@ -50,28 +50,19 @@ pub(crate) struct Heard {
 }
 
 impl OfPart {
-    /// Of a sample.
-    fn noise(&self) -> f64 {
-        self.scatter.noise(self.width)
-    }
-
-    /// Learns what the whole part has shown.
-    fn judge(&mut self, extremes: &Extremes, lane: usize) {
-        let (runs, noise) = (extremes.runs[lane], self.noise());
-        self.is_coarse = noise > 0.0 && extremes.quantum[lane] > noise;
-        // Where steps between numbers may leave equal samples, none is tested.
-        let is_tested = !self.is_coarse && runs[0].value < runs[1].value;
-        self.clips = runs.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
+    /// Learns at which extremes of the whole part it is clipped.
+    fn judge(&mut self, extremes: &Extremes) {
+        let is_tested = !self.is_coarse && extremes[0].value < extremes[1].value;
+        self.clips = extremes.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
     }
 
     /// What is looked for, given the least size of a step: without noise and that there is none.
     pub(crate) fn search(&self, threshold: f64, given: f64, sign: f64, is_force: bool) -> Search {
-        let OfPart { width, scatter, .. } = *self;
-        let least = match threshold * scatter.sigma {
+        let least = match threshold * self.scatter.sigma {
             0.0 if given == 0.0 => f64::INFINITY,
             by_noise => by_noise.max(given),
         };
-        Search { width, scatter, least, sign, is_force }
+        Search { noise: *self, least, sign, is_force }
     }
 
     /// Whether it is clipped at the least or the largest of these [plateaus](plateaus).
@@ -80,9 +71,9 @@ impl OfPart {
     }
 
     /// The row of a sensor, or of the force, in a part that begins at a step.
-    fn row(&self, step: (u64, f64), at: [usize; 2], sensor: Option<u32>, missing: u64, scale: f64) -> Row {
-        let ((step, time_s), window, [stream, part]) = (step, self.width, at.map(|n| n as u64 + 1));
-        let (stream, clipped) = (stream as u32, self.clips.iter().flatten().map(|run| run.clipped).sum());
+    fn row(&self, step: (u64, f64), stream: usize, of: &Part, sensor: Option<u32>, scale: f64) -> Row {
+        let ((step, time_s), window, (part, missing)) = (step, self.width, (of.number, of.missing));
+        let (stream, clipped) = (stream as u32 + 1, self.clips.iter().flatten().map(|run| run.clipped).sum());
         let (median, sigma) = (self.scatter.median * scale, self.scatter.sigma * scale.abs());
         let (median_n, sigma_n) = (median, sigma);
         let of_force = LoadNoise { step, time_s, stream, part, window, median_n, sigma_n, clipped, missing };
@@ -136,58 +127,31 @@ impl Run {
     }
 }
 
-/// Extremes of channels that lie side by side, and the least difference between samples that follow each other.
-#[derive(Debug)]
-struct Extremes {
-    /// Of each channel the least and the largest.
-    runs: Vec<[Run; 2]>,
-    /// Exact as long as it is above the noise.
-    quantum: [f64; LANES],
-    noise: [f64; LANES],
+/// The least and the largest samples of a channel.
+type Extremes = [Run; 2];
+
+/// Of a channel with that noise before its samples. Where steps between numbers may leave equal samples, none is looked
+/// for.
+fn extremes(noise: &[OfPart]) -> Extremes {
+    let sign = if noise.iter().all(|of| of.is_coarse) { -1.0 } else { 1.0 };
+    [f64::INFINITY, f64::NEG_INFINITY].map(|none| Run::of(sign * none))
 }
 
-impl Extremes {
-    /// Of channels with that noise.
-    fn new(channels: &[Vec<OfPart>]) -> Extremes {
-        let runs = vec![[f64::INFINITY, f64::NEG_INFINITY].map(Run::of); channels.len()];
-        let noise = |n| channels.get(n).into_iter().flatten().map(OfPart::noise).filter(|noise| *noise > 0.0);
-        let noise = from_fn(|n| noise(n).fold(f64::INFINITY, f64::min));
-        Extremes { runs, quantum: [f64::INFINITY; LANES], noise }
-    }
-
-    /// Adds the samples from one on, given [`CLIPPED`] before it. Returns the least, the sum and the largest of them.
-    fn extend(&mut self, rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
-        let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
-        let [least, sum, most] = reduce(lanes(first));
-        let Extremes { runs, quantum, noise } = self;
-        let mut touched = runs.iter().zip(least.iter().zip(&most));
-        let is_new =
-            |([a, b], (least, most)): (&[Run; 2], (&f64, &f64))| *least <= a.value || *most >= b.value;
-        if touched.any(is_new) || quantum.iter().zip(noise).any(|(quantum, noise)| quantum > noise) {
-            let place = first.saturating_sub(CLIPPED).max(rows.first);
-            let change = changes(lanes(place), quantum);
-            for (n, runs) in runs.iter_mut().enumerate() {
-                for ((run, extreme), is_largest) in
-                    runs.iter_mut().zip([least[n], most[n]]).zip([false, true])
-                {
-                    let mut next = Run::of(extreme);
-                    if change[n] == 0.0 && run.with(next, is_largest).value == extreme {
-                        next.extend(lanes(place).map(|lanes| lanes[n]), place, first);
-                    }
-                    *run = run.with(next, is_largest);
-                }
+/// Adds the samples from one on of channels that lie side by side. Returns the least, the sum and the largest of them.
+fn extend(extremes: &mut [Extremes], rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
+    let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
+    let [least, sum, most] = reduce(lanes(first));
+    for (n, extremes) in extremes.iter_mut().enumerate() {
+        for (run, (extreme, is_largest)) in extremes.iter_mut().zip([(least[n], false), (most[n], true)]) {
+            let mut next = Run::of(extreme);
+            if run.with(next, is_largest).value == extreme {
+                let place = first.saturating_sub(CLIPPED - 1).max(rows.first);
+                next.extend(lanes(place).map(|lanes| lanes[n]), place, first);
+                *run = run.with(next, is_largest);
             }
         }
-        [least, sum, most]
     }
-
-    /// Adds those of the samples behind.
-    fn join(&mut self, next: &Extremes) {
-        self.quantum = from_fn(|n| lesser(self.quantum[n], next.quantum[n]));
-        for ([least, most], next) in self.runs.iter_mut().zip(&next.runs) {
-            (*least, *most) = (least.with(next[0], false), most.with(next[1], true));
-        }
-    }
+    [least, sum, most]
 }
 
 /// Least, sum and largest of samples.
@@ -204,22 +168,7 @@ fn reduce<'a>(mut samples: impl Iterator<Item = &'a [f64; LANES]>) -> [[f64; LAN
     [least, sum, most]
 }
 
-/// The least change through [`CLIPPED`] samples; lessens the quanta by the differences between samples that are not 0.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn changes<'a>(samples: impl Iterator<Item = &'a [f64; LANES]>, quantum: &mut [f64; LANES]) -> [f64; LANES] {
-    let (mut change, mut quanta) = ([f64::INFINITY; LANES], *quantum);
-    let [mut before, mut step] = [[f64::NAN; LANES]; 2];
-    for values in samples {
-        let next: [f64; LANES] = from_fn(|n| (values[n] - before[n]).abs());
-        quanta = from_fn(|n| lesser(quanta[n], if next[n] > 0.0 { next[n] } else { f64::INFINITY }));
-        change = from_fn(|n| lesser(change[n], step[n] + next[n]));
-        (before, step) = (*values, next);
-    }
-    *quantum = quanta;
-    change
-}
-
-/// What is found in pieces of a stream: by part the extremes of its groups of channels, steps with their plateaus, and
+/// What is found in pieces of a stream: by part the extremes of its channels, steps with their plateaus, and
 /// how many were of the other sign.
 struct Share {
     extremes: Vec<(usize, Vec<Extremes>)>,
@@ -240,16 +189,22 @@ impl Recording {
         let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
         let Some(longest) = all.last() else { return Ok(parts) };
         let mut ranges = Ranges::new(self, stream, self.description.streams[stream].channels().collect());
-        for part in self.order(stream) {
-            let samples = self.streams[stream].parts[part].samples;
+        for (part, Part { samples, .. }) in self.streams[stream].parts.iter().enumerate() {
+            let samples = *samples;
             let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width, 0), Vec::new())).collect();
             let mut groups: Vec<Vec<(Window, Vec<[f64; LANES]>)>> =
                 widths.chunks(LANES).map(of_group).collect();
+            let mut quanta = vec![f64::INFINITY; widths.len()];
             for block in 0..BLOCKS {
                 let due: Vec<Range<u64>> = all.iter().map(|width| counted(samples, *width, block)).collect();
                 let from = due.iter().map(|of| of.start / SUMMED * SUMMED).min().unwrap_or_default();
                 let to = due.iter().map(|of| of.end + longest).max().unwrap_or_default();
                 let rows = ranges.rows(part, &(from.saturating_sub(*longest)..to))?;
+                for (n, quantum) in quanta.iter_mut().enumerate() {
+                    let [before, behind] = [from, from + 1].map(|from| rows.of(n, from..to));
+                    let steps = before.zip(behind).map(|(before, behind)| (behind - before).abs());
+                    *quantum = steps.filter(|step| *step > 0.0).fold(*quantum, f64::min);
+                }
                 for (group, windows) in groups.iter_mut().enumerate() {
                     let due = windows.iter_mut().zip(&due);
                     due.for_each(|((window, values), of)| window.take(&rows, group, of, values));
@@ -261,7 +216,8 @@ impl Recording {
                 parts[part][n].extend(its.map(|(window, values)| {
                     let values: Vec<f64> = values.iter().map(|lanes| lanes[n % LANES]).collect();
                     let (width, scatter) = (window.width, Scatter::of(&values));
-                    OfPart { width, scatter, clips: [None; 2], is_coarse: false }
+                    let (clips, noise) = ([None; 2], scatter.noise(width));
+                    OfPart { width, scatter, clips, is_coarse: noise > 0.0 && quanta[n] > noise }
                 }));
             }
         }
@@ -281,7 +237,8 @@ impl Recording {
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
         if let Some(part) = surveyed.parts.iter().position(|part| part.samples < SHORTEST_PART * longest) {
-            let problem = format!("part {} has {} samples", part + 1, surveyed.parts[part].samples);
+            let Part { number, samples, .. } = surveyed.parts[part];
+            let problem = format!("part {number} has {samples} samples");
             let accepted = "parts of four windows at least";
             return Err(self.fault(stream, part, channels[0], None, problem, accepted).into());
         }
@@ -295,22 +252,22 @@ impl Recording {
             _ => vec![self.pieces(stream, u64::MAX)],
         };
         let (mut signals, mut steps, mut others) = (Signals::new(), Vec::new(), 0);
-        let fresh = |of_part: &Vec<Vec<OfPart>>| of_part.chunks(LANES).map(Extremes::new).collect();
-        let mut extremes: Vec<Vec<Extremes>> = noise.iter().map(fresh).collect();
+        let fresh = |of_part: &Vec<Vec<OfPart>>| of_part.iter().map(|noise| extremes(noise)).collect();
+        let mut all: Vec<Vec<Extremes>> = noise.iter().map(fresh).collect();
         for shares in shares.chunks(SHARES) {
             for share in at_once(shares, None, |pieces| self.hear(stream, role, &noise, pieces, progress))? {
                 signals.append(share.signals).map_err(RecordingError::spool)?;
                 steps.extend(share.steps);
                 others += share.others;
                 for (part, next) in share.extremes {
-                    extremes[part].iter_mut().zip(&next).for_each(|(of, next)| of.join(next));
+                    for ([least, most], next) in all[part].iter_mut().zip(next) {
+                        (*least, *most) = (least.with(next[0], false), most.with(next[1], true));
+                    }
                 }
             }
         }
-        for (noise, extremes) in noise.iter_mut().zip(&extremes) {
-            for (n, noise) in noise.iter_mut().enumerate() {
-                noise.iter_mut().for_each(|noise| noise.judge(&extremes[n / LANES], n % LANES));
-            }
+        for (noise, extremes) in noise.iter_mut().flatten().zip(all.iter().flatten()) {
+            noise.iter_mut().for_each(|noise| noise.judge(extremes));
         }
         steps.retain(|(part, step, plateaus)| {
             !noise[*part][step.sensor as usize - 1][0].is_clipped_at(*plateaus)
@@ -352,14 +309,14 @@ impl Recording {
                 };
                 let sought: Vec<Search> = noise.iter().zip(&channels).take(sensors).map(search).collect();
                 finders = sought.chunks(LANES).map(|sought| Finders::new(sought, piece)).collect();
-                let extremes = noise.chunks(LANES).map(Extremes::new);
-                found.extremes.push((part, extremes.collect()));
+                found.extremes.push((part, noise.iter().map(|noise| extremes(noise)).collect()));
             }
             if first < piece.samples.end {
                 let mut read = Vec::with_capacity(channels.len());
                 let (_, extremes) = found.extremes.last_mut().expect("it was begun");
-                for (group, (of, channels)) in extremes.iter_mut().zip(channels.chunks(LANES)).enumerate() {
-                    let [least, sum, most] = of.extend(rows, group, first);
+                let groups = extremes.chunks_mut(LANES).zip(channels.chunks(LANES));
+                for (group, (extremes, channels)) in groups.enumerate() {
+                    let [least, sum, most] = extend(extremes, rows, group, first);
                     for (n, channel) in channels.iter().enumerate() {
                         let mean = sum[n] / (rows.end() - first) as f64;
                         let [a, mean, b] = [least[n], mean, most[n]].map(|stored| channel.si(stored));
@@ -403,7 +360,7 @@ impl Recording {
             let (of_part, sensor) = (&surveyed.parts[*part], (*n < sensors).then_some(*n as u32 + 1));
             let step = grid.nearest_step(of_part.first_s());
             let at = (step, grid.time_s(step));
-            told.0.push(of.row(at, [stream, *part], sensor, of_part.missing, all[*n].scale));
+            told.0.push(of.row(at, stream, of_part, sensor, all[*n].scale));
         }
         // What may be wrong with a channel of a part, told once for all that have it.
         type Has = fn(&OfPart) -> bool;
@@ -415,7 +372,7 @@ impl Recording {
         for (problem, accepted, has) in flaws {
             let with: Vec<_> = noise.iter().filter(|(.., of)| has(of)).collect();
             let Some((part, n, _)) = with.first() else { continue };
-            let (first, count, of) = (part + 1, with.len(), noise.len());
+            let (first, count, of) = (surveyed.parts[*part].number, with.len(), noise.len());
             let problem = format!("{problem}, in part {first} and in {count} of {of} channels of parts");
             told.1.push(self.fault(stream, *part, all[*n], None, problem, accepted));
         }

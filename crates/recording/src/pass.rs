@@ -111,7 +111,7 @@ impl Recording {
             let piece = move |from: u64| Piece { part, samples: from..all.min(from.saturating_add(most)) };
             (0..all).step_by(most as usize).map(piece)
         };
-        self.order(stream).into_iter().flat_map(pieces).collect()
+        (0..self.streams[stream].parts.len()).flat_map(pieces).collect()
     }
 
     /// Passes the samples of pieces to `visit`, block by block, with so many samples before, and behind them as long as

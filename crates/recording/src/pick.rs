@@ -3,10 +3,11 @@
 use std::collections::VecDeque;
 use std::mem;
 
+use crate::noise::OfPart;
 use crate::pass::Piece;
 use crate::ramp::Ramp;
 use crate::samples::{LANES, Rows};
-use crate::window::{Scatter, Window};
+use crate::window::Window;
 
 /// A candidate ends before so many windows behind its first index.
 const LONGEST: u64 = 8;
@@ -27,10 +28,7 @@ struct Candidate {
 /// What is looked for in a channel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Search {
-    /// Samples per window.
-    pub(crate) width: u64,
-    /// As stored.
-    pub(crate) scatter: Scatter,
+    pub(crate) noise: OfPart,
     /// Least size of a step, as stored.
     pub(crate) least: f64,
     /// Of a step, as stored.
@@ -56,7 +54,7 @@ struct Finder {
 impl Finder {
     /// The next step statistic, the one at this index.
     fn step(&mut self, i: u64, step: f64) {
-        let Search { width, scatter, least, sign, .. } = self.search;
+        let Search { noise: OfPart { width, scatter, .. }, least, sign, .. } = self.search;
         let size = sign * (step - scatter.median);
         if size.abs() <= least {
             return;
@@ -84,7 +82,7 @@ impl Finder {
     }
 
     fn ramp(&self, rows: &Rows<'_>, channel: usize, best: u64) -> Option<Ramp> {
-        let Search { width, scatter, least, sign, is_force } = self.search;
+        let Search { noise: OfPart { width, scatter, .. }, least, sign, is_force } = self.search;
         let first = best.saturating_sub(2 * width);
         let trend = if is_force { scatter.median / width as f64 } else { 0.0 };
         let samples = rows.of(channel, first..best + 2 * width).enumerate();
@@ -105,7 +103,7 @@ pub(crate) struct Finders {
 impl Finders {
     /// Of channels that lie side by side, in a piece of a part.
     pub(crate) fn new(searches: &[Search], Piece { samples, .. }: &Piece) -> Finders {
-        let width = searches[0].width;
+        let width = searches[0].noise.width;
         let last = [(samples.start.checked_sub(1), false); 2];
         let finder = |search: &Search| {
             let (open, closed, until) = (None, VecDeque::new(), samples.end + width);
@@ -135,7 +133,7 @@ impl Finders {
             let [least, most] = window.extremes;
             for (n, finder) in of.iter_mut().enumerate() {
                 // A little less than the threshold, as rounding differs.
-                let Search { scatter, least: size, .. } = finder.search;
+                let Search { noise: OfPart { scatter, .. }, least: size, .. } = finder.search;
                 let off = size - 1e-12 * (size + scatter.median.abs());
                 let is_beyond = |step: f64| step < scatter.median - off || step > scatter.median + off;
                 if is_beyond(least[n]) || is_beyond(most[n]) {

@@ -21,7 +21,7 @@ use crate::pass::{Progress, Ranges, Watch};
 use crate::pick::{Finders, Search};
 use crate::signals::Signals;
 use crate::steps::{SensorStep, Timeline};
-use crate::survey::{Part, Surveyed, survey};
+use crate::survey::{Surveyed, survey};
 
 /// Steps of the log per sample of the fastest stream.
 const STEPS_PER_SAMPLE: f64 = 64.0;
@@ -113,9 +113,9 @@ impl Recording {
         let first_s = recording.spans().map(|[first_s, _]| first_s).fold(f64::INFINITY, f64::min);
         let Description { file, streams, sample_s, contacts, forces, .. } = &recording.description;
         let overlap = streams.iter().enumerate().find_map(|(n, stream)| {
-            let (parts, order) = (&recording.streams[n].parts, recording.order(n));
-            let pair = order.windows(2).find(|pair| parts[pair[1]].first_s() <= parts[pair[0]].last_s())?;
-            let [one, other] = [pair[0] + 1, pair[1] + 1];
+            let mut pairs = recording.streams[n].parts.windows(2);
+            let pair = pairs.find(|pair| pair[1].first_s() <= pair[0].last_s())?;
+            let [one, other] = [pair[0].number, pair[1].number];
             Some(format!("{}: parts {one} and {other} at the same time", stream.name()))
         });
         let apart = contacts.zip(*forces).and_then(|(contacts, forces)| {
@@ -137,19 +137,10 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The parts of a stream in order of time.
-    pub(crate) fn order(&self, stream: usize) -> Vec<usize> {
-        let parts = &self.streams[stream].parts;
-        let mut order: Vec<usize> = (0..parts.len()).collect();
-        order.sort_by(|a, b| parts[*a].first_s().total_cmp(&parts[*b].first_s()));
-        order
-    }
-
     /// First and last time of a stream, s.
     fn span(&self, stream: usize) -> [f64; 2] {
         let parts = &self.streams[stream].parts;
-        let first_s = parts.iter().map(Part::first_s).fold(f64::INFINITY, f64::min);
-        [first_s, parts.iter().map(Part::last_s).fold(first_s, f64::max)]
+        [parts[0].first_s(), parts[parts.len() - 1].last_s()]
     }
 
     fn spans(&self) -> impl Iterator<Item = [f64; 2]> {
@@ -309,7 +300,7 @@ impl Recording {
                 let n = of.sensors.len() + n;
                 let noise: Vec<&[OfPart]> = heard.noise.iter().map(|of| &of[n][..]).collect();
                 let (forces, means) = self.forces(stream, &noise, &progress)?;
-                let noise = forces.noise.iter().enumerate().map(|(part, noise)| (part, n, *noise));
+                let noise = forces.searches.iter().enumerate().map(|(part, of)| (part, n, of.noise));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
                 (of_forces, averager) = (Some((stream, forces)), means);
             }
@@ -411,8 +402,8 @@ impl Recording {
         let normal_force_n = normal_force_n.map(|load| load.0);
         let (given, pieces) = (detection.least_drop_n.0 / scale.abs(), self.pieces(stream, u64::MAX));
         let by_width = |which: usize| {
-            let noise: Vec<OfPart> = noise.iter().map(|of| of[which]).collect();
-            let search = |of: &OfPart| of.search(detection.threshold.0, given, -scale.signum(), true);
+            let search =
+                |of: &&[OfPart]| of[which].search(detection.threshold.0, given, -scale.signum(), true);
             let searches: Vec<Search> = noise.iter().map(search).collect();
             Forces {
                 parts,
@@ -422,13 +413,12 @@ impl Recording {
                 channels: channels.clone(),
                 places,
                 normal_force_n,
-                noise,
                 drops: Vec::new(),
                 judged: 0,
             }
         };
         let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
-        let longest = tried.iter().map(|forces| forces.searches[0].width).max().unwrap_or_default();
+        let longest = tried.iter().map(|forces| forces.searches[0].noise.width).max().unwrap_or_default();
         let mut averager = Averager::of(parts.iter().map(|part| part.samples).sum());
         let before = BEHIND * longest;
         self.pass(stream, &channels, before, &pieces, progress, &mut |piece, first, rows, is_last| {
@@ -461,8 +451,8 @@ impl Recording {
         timeline: &Timeline,
     ) -> Result<Vec<Loads>, RecordingError> {
         let free: Vec<Vec<Range<u64>>> = (0..forces.parts.len()).map(|part| forces.free(part)).collect();
-        let near = |(time_s, side)| (forces.near(time_s, side, &free), time_s, side);
-        let mut wanted: Vec<_> = timeline.wanted().map(near).enumerate().collect();
+        let near = |(_, time_s, side)| (forces.near(time_s, side, &free), time_s, side);
+        let mut wanted: Vec<_> = timeline.all().map(near).enumerate().collect();
         wanted.sort_by_key(|(n, ((part, samples), ..))| (*part, samples.start, *n));
         let mut ranges = Ranges::new(self, stream, forces.channels.clone());
         let mut loads = vec![Loads::default(); wanted.len()];

@@ -12,7 +12,7 @@ use crate::description::Description;
 use crate::error::RecordingError;
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
-use crate::survey::BLOCK;
+use crate::survey::{BLOCK, Part};
 
 /// Bytes of such numbers in memory, beyond which they go to a file without a name.
 const IN_MEMORY: usize = 1 << 18;
@@ -53,19 +53,19 @@ impl Recording {
         signals: &'a mut Signals,
     ) -> impl Iterator<Item = io::Result<SignalRecord>> + 'a {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
-        let blocks = self.order(stream).into_iter().flat_map(|part| {
-            (0..surveyed.parts[part].samples).step_by(BLOCK).map(move |first| (part, first))
-        });
+        let blocks = surveyed
+            .parts
+            .iter()
+            .flat_map(|part| (0..part.samples).step_by(BLOCK).map(move |first| (part, first)));
         let (rewound, mut spool) = (signals.0.rewind(), BufReader::new(signals.0.get_mut()));
         let mut bytes = vec![0; 24 * self.description.streams[stream].channels().count()];
-        let record = move |(part, first): (usize, u64)| {
-            let of = &surveyed.parts[part];
+        let record = move |(of, first): (&Part, u64)| {
             let step = grid.nearest_step(of.time_s(first as f64));
             let mut record = SignalRecord {
                 step,
                 time_s: grid.time_s(step),
                 stream: stream as u32 + 1,
-                part: part as u64 + 1,
+                part: of.number,
                 samples: (of.samples - first).min(BLOCK as u64) as u32,
                 interval_s: surveyed.interval_s,
                 ..SignalRecord::default()
@@ -125,23 +125,22 @@ impl Recording {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let sensors = &self.description.streams[stream].sensors;
         let most = (MOST_VALUES / sensors.len()).clamp(1, SignalRecord::MOST_SAMPLES as usize);
-        let (mut due, order) = (Vec::new(), self.order(stream));
+        let mut due = Vec::new();
         for Slipped { rupture, onset_step, end, .. } in ruptures {
             let onset_s = grid.time_s(*onset_step);
-            let begins = |part: &usize| surveyed.parts[*part].first_s() <= onset_s;
-            let place = order.partition_point(begins).saturating_sub(1);
-            let of = &surveyed.parts[order[place]];
+            let begins = |part: &Part| part.first_s() <= onset_s;
+            let part = surveyed.parts.partition_point(begins).saturating_sub(1);
+            let of = &surveyed.parts[part];
             let from = (of.sample_at(onset_s).floor() as u64).saturating_sub(4 * window);
             let to = end.map_or(of.samples, |(step, _)| of.sample_at(grid.time_s(step)).ceil() as u64);
             let to = to.saturating_add(4 * window + 1).min(of.samples);
             due.extend(
-                (from..to).step_by(most).map(|from| (place, from, to.min(from + most as u64), *rupture)),
+                (from..to).step_by(most).map(|from| (part, from, to.min(from + most as u64), *rupture)),
             );
         }
         due.sort_unstable();
         let mut ranges = Ranges::new(self, stream, sensors.iter().collect());
-        due.into_iter().map(move |(place, from, to, rupture)| {
-            let part = order[place];
+        due.into_iter().map(move |(part, from, to, rupture)| {
             let rows = ranges.rows(part, &(from..to))?;
             let of_sensors = sensors.iter().enumerate();
             let values = of_sensors.flat_map(|(n, sensor)| rows.si(n, sensor, from..to)).collect();
@@ -150,7 +149,7 @@ impl Recording {
                 step,
                 time_s: grid.time_s(step),
                 rupture,
-                part: part as u64 + 1,
+                part: surveyed.parts[part].number,
                 sensors: sensors.len() as u32,
                 interval_s: surveyed.interval_s,
                 samples: (to - from) as u32,

@@ -28,14 +28,18 @@ struct Slide {
     measured: Measured,
 }
 
+/// A step at which a sensor begins or ends to slide from the next one on, with its number and that of its slide; without
+/// both a step that has a record for another reason.
+type Turn = (u64, Option<(u32, usize)>);
+
 /// The steps of the grid that have a record.
 #[derive(Debug)]
 pub(crate) struct Timeline {
     grid: TimeGrid,
     are_slips: bool,
     slides: Vec<Slide>,
-    /// By the step of each record, the numbers of the slides that begin or end there, in order of their sensors.
-    turns: BTreeMap<u64, Vec<usize>>,
+    /// In order.
+    turns: Vec<Turn>,
 }
 
 impl Timeline {
@@ -67,72 +71,51 @@ impl Timeline {
             last_of.insert(sensor, slides.len());
             slides.push(Slide { sensor, begin, end, displacement_m, measured });
         }
-        let mut turns: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
-        for (n, slide) in slides.iter().enumerate() {
-            // A switch takes effect from the next step.
-            turns.entry(slide.begin - 1).or_default().push(n);
-            turns.entry(slide.end - 1).or_default().push(n);
-        }
-        turns.values_mut().for_each(|turns| turns.sort_unstable_by_key(|n| slides[*n].sensor));
+        let ends = |(n, of): (usize, &Slide)| [of.begin, of.end].map(|step| (step - 1, Some((of.sensor, n))));
+        let mut turns: Vec<Turn> = slides.iter().enumerate().flat_map(ends).collect();
+        turns.sort_unstable();
         let mut timeline = Timeline { grid, are_slips, slides, turns };
         // Beside switches the first and the last step of each slip event, and the samples.
-        let (mut beside, mut sliding) = (vec![last], 0);
-        for (step, turns) in &timeline.turns {
-            let before = sliding;
-            sliding = timeline.sliding(sliding, *step, turns);
-            beside.extend((before == 0 || sliding == 0).then_some(step + 1));
-        }
+        let counts: Vec<(u64, u32)> = timeline.all().map(|(of, ..)| (of.step, of.sliding)).collect();
+        let behind = counts.iter().skip(1).map(|(_, sliding)| *sliding).chain([0]);
+        let ends = counts.iter().zip(behind).filter(|((_, before), behind)| *before == 0 || *behind == 0);
         let sampled = (1..).map(|n| grid.nearest_step(n as f64 * sample_s)).take_while(|step| *step < last);
-        for step in beside.into_iter().chain(sampled.filter(|step| *step > 0)) {
-            timeline.turns.entry(step).or_default();
-        }
+        let beside = ends.map(|((step, _), _)| step + 1).chain(sampled.filter(|step| *step > 0));
+        timeline.turns.extend(beside.chain([last]).map(|step| (step, None)));
+        timeline.turns.sort_unstable();
         timeline
     }
 
-    /// How many sensors slide behind a step, of so many before.
-    fn sliding(&self, before: u32, step: u64, turns: &[usize]) -> u32 {
-        let detached = self.detaching(step, turns);
-        before + detached - (turns.len() as u32 - detached)
-    }
-
-    /// How many sensors begin to slide behind a step.
-    fn detaching(&self, step: u64, turns: &[usize]) -> u32 {
-        turns.iter().filter(|n| self.slides[**n].begin == step + 1).count() as u32
-    }
-
-    /// The times at which loads are wanted, with the samples that tell them, in the order of the records.
-    pub(crate) fn wanted(&self) -> impl Iterator<Item = (f64, Side)> {
-        let mut last: Option<(u64, Side)> = None;
-        self.turns.iter().map(move |(&step, turns)| {
-            // The step behind a switch has its loads.
+    /// The records without loads, each with the time whose loads it has, and the samples that tell those.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (StepRecord, f64, Side)> {
+        let (mut sliding, mut last) = (0, None);
+        self.turns.chunk_by(|a, b| a.0 == b.0).map(move |turns| {
+            let step = turns[0].0;
+            let slides = turns.iter().filter_map(|(_, turn)| Some(&self.slides[(*turn)?.1]));
+            let switches: Vec<Switch> = slides.map(|slide| self.switch(step, slide)).collect();
+            let detached = switches.iter().filter(|of| of.direction == Direction::Detach).count() as u32;
             let (at, side) = match last {
-                Some((before, side)) if before + 1 == step && turns.is_empty() => (before, side),
-                _ if self.detaching(step, turns) > 0 || turns.is_empty() => (step, Side::Before),
+                // The step behind a switch has its loads.
+                Some((before, side)) if before + 1 == step && switches.is_empty() => (before, side),
+                _ if detached > 0 || switches.is_empty() => (step, Side::Before),
                 _ => (step, Side::Behind),
             };
             last = Some((step, side));
-            (self.grid.time_s(at), side)
+            let behind = sliding + 2 * detached - switches.len() as u32;
+            let sliding = std::mem::replace(&mut sliding, behind);
+            let time_s = self.grid.time_s(step);
+            let record = StepRecord { step, time_s, sliding, switches, ..StepRecord::default() };
+            (record, self.grid.time_s(at), side)
         })
     }
 
-    /// The records, with the loads that were wanted; of a recording without forces there are none.
+    /// The records, with these loads; of a recording without forces there are none.
     pub(crate) fn records(&self, loads: &[Loads], normal_load_n: f64) -> impl Iterator<Item = StepRecord> {
         let without = Loads { driving_force_n: 0.0, normal_load_n, ratio_error: None };
-        let mut sliding = 0;
-        self.turns.iter().enumerate().map(move |(n, (&step, turns))| {
-            let loads = loads.get(n).copied().unwrap_or(without);
-            let record = StepRecord {
-                step,
-                time_s: self.grid.time_s(step),
-                driving_force_n: loads.driving_force_n,
-                normal_load_n: loads.normal_load_n,
-                ft_fn_error: loads.ratio_error,
-                sliding,
-                switches: turns.iter().map(|n| self.switch(step, &self.slides[*n])).collect(),
-                ..StepRecord::default()
-            };
-            sliding = self.sliding(sliding, step, turns);
-            record
+        self.all().enumerate().map(move |(n, (record, ..))| {
+            let Loads { driving_force_n, normal_load_n, ratio_error: ft_fn_error } =
+                loads.get(n).copied().unwrap_or(without);
+            StepRecord { driving_force_n, normal_load_n, ft_fn_error, ..record }
         })
     }
 

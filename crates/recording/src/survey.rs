@@ -1,6 +1,6 @@
 //! The parts of a stream: its segments, or the stretches between gaps, and when their samples were taken.
 
-use asperity_record::SignalRecord;
+use asperity_record::{SignalRecord, median};
 
 use crate::description::{Gaps, Stream, Time};
 use crate::error::{InputFault, RecordingError};
@@ -28,8 +28,10 @@ const INTERVAL_TOLERANCE: f64 = 0.01;
 const GAP: f64 = 1.5;
 
 /// Samples without a gap.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Part {
+    /// Counted from 1, as the files are.
+    pub(crate) number: u64,
     /// The file that it is in.
     pub(crate) file: usize,
     /// The first sample of it in the file.
@@ -82,6 +84,7 @@ impl Part {
 #[derive(Debug)]
 pub(crate) struct Surveyed {
     pub(crate) files: Vec<String>,
+    /// In order of time.
     pub(crate) parts: Vec<Part>,
     pub(crate) interval_s: f64,
 }
@@ -101,7 +104,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
         })?;
     }
     let stream = &*stream;
-    let (parts, interval_s) = match (&stream.rate_hz, &stream.time) {
+    let (mut parts, interval_s) = match (&stream.rate_hz, &stream.time) {
         (None, Some(time)) => times(folder, stream, &files[0], time)?,
         (rate, _) => {
             let interval_s = 1.0 / rate.as_ref().expect("a stream has one of both").0;
@@ -118,7 +121,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
                 let samples = folder.open(stream, &files[file], &columns)?;
                 let begun = |from, samples, missing| {
                     let times_s = vec![start_s + stream.offset_s.0 + from as f64 * interval_s];
-                    Part { file, from, samples, times_s, interval_s, missing }
+                    Part { number: 0, file, from, samples, times_s, interval_s, missing }
                 };
                 let found = complete(samples, columns.len(), stream, begun)?;
                 let fault =
@@ -133,6 +136,8 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
             (parts?.concat(), interval_s)
         }
     };
+    (1..).zip(&mut parts).for_each(|(number, part)| part.number = number);
+    parts.sort_by(|a, b| a.first_s().total_cmp(&b.first_s()));
     Ok(Surveyed { files, parts, interval_s })
 }
 
@@ -201,7 +206,7 @@ fn times(
     let known = (0..block.len()).map(|n| block.sample(n)).filter(|sample| is_complete(sample));
     let first: Vec<f64> = known.map(|sample| sample[0]).collect();
     let mut intervals: Vec<f64> = first.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let interval = crate::window::median(&mut intervals);
+    let interval = median(&mut intervals);
     if interval.is_nan() || interval <= 0.0 {
         let problem = "times that do not ascend".to_owned();
         return Err(fault(String::new(), None, problem, "two samples, the later behind"));
@@ -244,7 +249,7 @@ fn times(
                 if parts.len() == MOST_PARTS {
                     return refused("too many gaps".to_owned(), "100000 parts");
                 }
-                parts.push(Part { file: 0, from: at, samples: 0, times_s: Vec::new(), interval_s, missing });
+                parts.push(Part { from: at, interval_s, missing, ..Part::default() });
             }
             let part = parts.last_mut().expect("it was begun");
             // The time of the last sample gives way to the next one, unless it is one of every so many.

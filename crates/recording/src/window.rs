@@ -6,12 +6,10 @@
 use std::array::from_fn;
 use std::ops::Range;
 
+use asperity_record::median_and_scatter;
 use multiversion::multiversion;
 
 use crate::samples::{LANES, Rows};
-
-/// From the median of absolute deviations to the standard deviation of a normal distribution.
-pub(crate) const MAD_TO_SIGMA: f64 = 1.4826;
 
 /// Sums start anew at multiples of this, so that they do not depend on how samples were read, and rounding errors do
 /// not grow.
@@ -135,15 +133,11 @@ impl Scatter {
         /// Share of values beyond three scatters, and ratio of the scatters of both halves, of dense events.
         const FAR_SHARE: f64 = 0.25;
         const HALVES_RATIO: f64 = 2.0;
-        let median = self::median(&mut values.to_vec());
-        let of = |values: &[f64]| {
-            let mut off: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
-            MAD_TO_SIGMA * self::median(&mut off)
-        };
-        let sigma = of(values);
+        let of = |values: &[f64]| median_and_scatter(&mut values.to_vec());
+        let [median, sigma] = of(values);
         let far = values.iter().filter(|value| (*value - median).abs() > 3.0 * sigma).count();
         let (first, last) = values.split_at(values.len() / 2);
-        let (first, last) = (of(first), of(last));
+        let [[_, first], [_, last]] = [first, last].map(of);
         let is_dense = far as f64 > FAR_SHARE * values.len() as f64
             || first > HALVES_RATIO * last
             || last > HALVES_RATIO * first;
@@ -173,21 +167,9 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// The median; NaN of nothing.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let is_odd = values.len() % 2 == 1;
-    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let lower = below.iter().copied().max_by(f64::total_cmp).unwrap_or(*upper);
-    if is_odd { *upper } else { (lower + *upper) / 2.0 }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Window, counted, median};
+    use super::{Window, counted};
     use crate::samples::{Block, LANES, Rows};
 
     /// Passes samples on in pieces, with those of two windows before.
@@ -240,11 +222,5 @@ mod tests {
                 all[first..first + 512].iter().map(|(_, step)| [*step; LANES]).collect();
             assert!(values[block * 512..][..512] == due, "{block}");
         }
-    }
-
-    #[test]
-    fn the_median_of_an_even_number_lies_between_two() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 2.5);
     }
 }

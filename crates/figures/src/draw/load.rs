@@ -47,8 +47,7 @@ impl Figure for Load {
     }
 
     fn check(&self) -> Result<(), String> {
-        not_both(&self.run, &self.series)?;
-        self.measured().map(drop)
+        not_both(&self.run, &self.series)
     }
 
     fn required_data(&self) -> RequiredData {
@@ -116,25 +115,25 @@ impl Figure for Load {
 /// Both forces of a recording, or `F_T` where the other is not known, with its load drops.
 fn forces(run: &RunData, duration_s: f64) -> Result<Sheet, String> {
     let is_alone = load_name(run)? != "F_T/F_N";
-    let of = |name, force_n: fn(&run_data::Load) -> f64| {
-        let points = run.loads()?.iter().map(|load| (load.time_s, force_n(load))).collect();
-        Ok::<_, String>(Layer::line(name, points, Dash::Solid, INK))
+    let (loads, drops) = (run.loads()?, &run.drops);
+    let x = |label| Scale::between(label, 0.0, duration_s);
+    let panel = |t, name, force_n: fn(&run_data::Load) -> f64, above: Vec<Layer>| {
+        let points = loads.iter().map(|load| (load.time_s, force_n(load))).collect();
+        let curve = Layer::line(name, points, Dash::Solid, INK);
+        Panel::new(x(t), Scale::free(&format!("{name} (N)")), [vec![curve], above].concat())
     };
-    let drops = &run.drops;
     let fall = |drop: &LoadDrop| {
         [(drop.onset_s, drop.ft_before_n), (drop.onset_s, drop.ft_after_n), (f64::NAN, f64::NAN)]
     };
     let falls = Layer::line("", drops.iter().flat_map(fall).collect(), Dash::Solid, RED);
     let onsets = drops.iter().map(|drop| (drop.onset_s, drop.ft_before_n)).collect();
     let marks = Layer::discs(counted(drops.len() as u64, "load drop"), onsets, DROP_RADIUS, RED);
-    let x = |label| Scale::between(label, 0.0, duration_s);
-    let panel = |label, name, layers| Panel::new(x(label), Scale::free(name), layers);
-    let upper = vec![of("F_T", |load| load.driving_force_n)?, falls, marks];
+    let label = if is_alone { "t (s)" } else { "" };
+    let upper = panel(label, "F_T", |load| load.driving_force_n, vec![falls, marks]);
     if is_alone {
-        return Ok(Sheet::of(vec![panel("t (s)", "F_T (N)", upper)]));
+        return Ok(Sheet::of(vec![upper]));
     }
-    let lower = panel("t (s)", "F_N (N)", vec![of("F_N", |load| load.normal_load_n)?]);
-    Ok(Sheet::stacked(panel("", "F_T (N)", upper), lower))
+    Ok(Sheet::stacked(upper, panel("t (s)", "F_N", |load| load.normal_load_n, Vec::new())))
 }
 
 /// The first record with most sliding blocks of every stretch of time in which some slide.

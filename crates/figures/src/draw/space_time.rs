@@ -243,8 +243,7 @@ pub(super) fn map(
                 if is_zoomed && view.in_mm { front_label(run, rupture) } else { "arrivals".to_owned() };
             fronts.extend(view.line(&label, &front, Dash::Solid, INK));
             if is_zoomed && run.is_measured() {
-                let arrivals: Vec<&Arrival> = arrivals.iter().collect();
-                fronts.extend(picks(clock, &arrivals, |of| view.up(of.block.into()), INK));
+                fronts.extend(picks(clock, arrivals, |of| view.up(of.block.into()), INK));
             }
         }
     }
@@ -278,34 +277,31 @@ pub(super) fn map(
 fn front_label(run: &RunData, rupture: &Rupture) -> String {
     if run.is_measured() {
         // Of two fronts the line is one.
-        let [up, down] = speeds_of_front(rupture).map(|front| front.map(|(_, words)| words));
-        return up.xor(down).unwrap_or("arrivals".to_owned());
+        let [up, down] = speeds_of_front(rupture);
+        return up.xor(down).map_or("arrivals".to_owned(), |speed| format!("front, {speed} m/s"));
     }
     let wave_m_per_s = run.plan.spacing_m / crossing_s(run);
     let speed = front_speed_m_per_s(rupture, run.header.contacts(), Some(wave_m_per_s));
     speed.map_or("arrivals".to_owned(), |speed| format!("front, {speed:.0} m/s"))
 }
 
-/// The speeds of the fronts of a measured rupture towards higher and lower sensors, m/s, and in words with their errors.
-pub(super) fn speeds_of_front(rupture: &Rupture) -> [Option<(f64, String)>; 2] {
+/// The speeds of the fronts of a measured rupture towards higher and lower sensors, m/s.
+pub(super) fn speeds_of_front(rupture: &Rupture) -> [Option<Estimate>; 2] {
     let measured = [
         (rupture.front_speed_up_m_per_s, rupture.front_speed_up_error_m_per_s),
         (rupture.front_speed_down_m_per_s, rupture.front_speed_down_error_m_per_s),
     ];
-    measured.map(|(speed, error)| {
-        let speed = Estimate { value: speed?, error: error? };
-        Some((speed.value, format!("front, {speed} m/s")))
-    })
+    measured.map(|(speed, error)| Some(Estimate { value: speed?, error: error? }))
 }
 
 /// Arrivals at sensors, whose places are given, with bars of their errors.
 pub(super) fn picks(
     clock: &Clock,
-    arrivals: &[&Arrival],
+    arrivals: &[Arrival],
     place: impl Fn(&Arrival) -> f64,
     colour: RGBColor,
 ) -> [Layer; 2] {
-    let pick = |of: &&Arrival| {
+    let pick = |of: &Arrival| {
         let at = |error_s: f64| clock.place(of.arrival_s + error_s);
         [[at(0.0), at(of.arrival_error_s.unwrap_or(0.0)) - at(0.0)], [place(of), 0.0]]
     };

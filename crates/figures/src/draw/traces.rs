@@ -71,20 +71,20 @@ impl Figure for Traces {
             layers.push(Layer::line("", points, Dash::Solid, INK));
         }
         let of_rupture = |of: &&Arrival| of.rupture == rupture.rupture;
-        let arrivals: Vec<&Arrival> = run.arrivals()?.iter().filter(of_rupture).collect();
+        let arrivals: Vec<Arrival> = run.arrivals()?.iter().filter(of_rupture).cloned().collect();
         // Straight lines of the speeds that were fitted, through the median of the arrivals.
         let (beginning, sides) =
             (rupture.nucleation_block, [(1.0, rupture.last_block), (-1.0, rupture.first_block)]);
         for ((sign, end), front) in sides.into_iter().zip(speeds_of_front(rupture)) {
             let ends_m = sensors.x_m(beginning).zip(sensors.x_m(end));
-            let (Some((speed, words)), Some((from_m, to_m))) = (front, ends_m) else { continue };
-            let way_s = |x_m: f64| sign * (x_m - from_m) / speed;
+            let (Some(speed), Some((from_m, to_m))) = (front, ends_m) else { continue };
+            let way_s = |x_m: f64| sign * (x_m - from_m) / speed.value;
             let on_it =
                 arrivals.iter().filter(|of| (beginning.min(end)..=beginning.max(end)).contains(&of.block));
             let start_s =
                 median(on_it.filter_map(|of| Some(of.arrival_s - way_s(of.x_m?)))).unwrap_or_default();
             let ends = [from_m, to_m].map(|x_m| (clock.place(start_s + way_s(x_m)), x_m * 1e3));
-            layers.push(Layer::line(words, ends.into(), Dash::Dashed, BLUE));
+            layers.push(Layer::line(format!("front, {speed} m/s"), ends.into(), Dash::Dashed, BLUE));
         }
         layers.extend(picks(&clock, &arrivals, |of| of.x_m.unwrap_or_default() * 1e3, RED));
         let unit = if sensors.are_of_slip { "m" } else { "units of the sensors" };

@@ -39,11 +39,13 @@
 //!   after a signal.
 //! - [`UntilRefused`]: a writer that stops at the first refused write.
 //! - [`at_once()`]: jobs on all processors, most of which read and write files.
+//! - [`PartlyHashed`]: the hash of a file, most of which is hashed where it is read for another purpose.
 //! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
 //!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
 mod at_once;
 mod error;
+mod hash;
 mod identity;
 mod inputs;
 mod lines;
@@ -59,6 +61,7 @@ mod until_refused;
 
 pub use at_once::at_once;
 pub use error::FileError;
+pub use hash::{Hashing, PartlyHashed};
 pub use inputs::{Inputs, partial_path};
 pub use lines::{ShortLines, fill};
 pub use lock::is_being_written;

@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
+use asperity_files::{Hashing, PartlyHashed};
 use zip::ZipArchive;
 
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, stored};
@@ -16,9 +15,6 @@ use crate::description::{Axis, Kind, Stream, Time};
 use crate::error::{InputFault, RecordingError};
 use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy, tdms};
-
-/// Bytes that are hashed at once.
-const HASHED_BYTES: u64 = 1 << 24;
 
 /// Most segments of a stream.
 const MOST_SEGMENTS: usize = 100_000;
@@ -30,11 +26,16 @@ pub(crate) type Input = (u64, String);
 pub type Given = BTreeMap<String, Arc<dyn Fn() -> Box<dyn Source> + Send + Sync>>;
 
 /// The folder of a description.
-pub struct Folder(PathBuf, Given);
+pub struct Folder {
+    path: PathBuf,
+    given: Given,
+    /// What is known of the hashes of files, once those are computed.
+    pub(crate) hashed: OnceLock<BTreeMap<String, Arc<PartlyHashed>>>,
+}
 
 impl fmt::Debug for Folder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        self.path.fmt(f)
     }
 }
 
@@ -42,12 +43,12 @@ impl Folder {
     /// The folder of a file, in which some files are in memory.
     pub fn of(file: &Path, given: Given) -> Folder {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Folder(folder.unwrap_or(Path::new(".")).to_owned(), given)
+        Folder { path: folder.unwrap_or(Path::new(".")).to_owned(), given, hashed: OnceLock::new() }
     }
 
     /// The path of a file as messages show it.
     pub(crate) fn shown(&self, named: &str) -> PathBuf {
-        self.0.join(named)
+        self.path.join(named)
     }
 
     /// The place of a path that is named in the description.
@@ -61,7 +62,7 @@ impl Folder {
             return Err(outside().into());
         }
         let real = |path: &Path| path.canonicalize().map_err(RecordingError::io(path));
-        let (path, folder) = (real(&shown)?, real(&self.0)?);
+        let (path, folder) = (real(&shown)?, real(&self.path)?);
         if !path.starts_with(folder) {
             return Err(outside().into());
         }
@@ -79,9 +80,9 @@ impl Folder {
         let folder = &before[..before.rfind('/').map_or(0, |slash| slash + 1)];
         let numbered =
             |name: String| Some((name.strip_prefix(before)?.strip_suffix(after)?.parse().ok()?, name));
-        let mut segments: Vec<(u64, String)> = self.1.keys().cloned().filter_map(numbered).collect();
+        let mut segments: Vec<(u64, String)> = self.given.keys().cloned().filter_map(numbered).collect();
         if segments.is_empty() {
-            let place = if folder.is_empty() { self.0.clone() } else { self.inside(folder)? };
+            let place = if folder.is_empty() { self.path.clone() } else { self.inside(folder)? };
             let entries = asperity_files::entries(&place).map_err(RecordingError::io(&self.shown(folder)))?;
             let names =
                 entries.iter().map(|entry| format!("{folder}{}", entry.file_name().to_string_lossy()));
@@ -90,7 +91,7 @@ impl Folder {
         segments.sort_unstable();
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
             let problem = format!("{} files have such names with a number for *", segments.len());
-            let file = self.0.join(&stream.file);
+            let file = self.path.join(&stream.file);
             return Err(InputFault::new(&file, "", problem, "1 to 100000 segments").into());
         }
         Ok(segments.into_iter().map(|(_, name)| name).collect())
@@ -104,14 +105,14 @@ impl Folder {
         columns: &[Column],
     ) -> Result<Box<dyn Samples>, RecordingError> {
         let (shown, axis) = (&self.shown(named), stream.axis);
-        if let Some(given) = self.1.get(named) {
+        if let Some(given) = self.given.get(named) {
             return Ok(Box::new(Arrays::open(shown, stream, columns, &mut |_| npy::array(given(), axis))?));
         }
         let file = self.file(named)?;
         Ok(match stream.kind().expect("it was checked") {
             Kind::Csv => Box::new(Csv::open(file, shown, stream, columns)?),
             kind => {
-                let mut find = arrays(kind, file, stream).map_err(|problem| {
+                let mut find = arrays(kind, file, stream, self.known(named)).map_err(|problem| {
                     InputFault::new(shown, "", problem.to_string(), "a file as its kind says")
                 })?;
                 Box::new(Arrays::open(shown, stream, columns, &mut find)?)
@@ -129,23 +130,25 @@ impl Folder {
         Ok(block.row(0, 0).map(|start| start * unit_s).collect())
     }
 
-    /// Length and hash of a file.
-    pub(crate) fn input(&self, named: &str, is_in_vain: &AtomicBool) -> Result<Input, RecordingError> {
-        let mut file: Box<dyn Read> = match self.1.get(named) {
-            Some(given) => given(),
-            None => Box::new(self.file(named)?),
+    /// Length and hash of a file, unless it is stopped.
+    pub(crate) fn input(
+        &self,
+        named: &str,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Input, RecordingError> {
+        let open = || match self.given.get(named) {
+            _ if is_stopped() => Err(RecordingError::Interrupted),
+            Some(given) => Ok(given()),
+            None => Ok(Box::new(self.file(named)?) as Box<dyn Source>),
         };
-        let mut hasher = blake3::Hasher::new();
-        let mut before = None;
-        while before != Some(hasher.count()) {
-            if is_in_vain.load(Ordering::Relaxed) {
-                return Err(RecordingError::Interrupted);
-            }
-            before = Some(hasher.count());
-            let read = hasher.update_reader(file.by_ref().take(HASHED_BYTES));
-            read.map_err(RecordingError::io(&self.shown(named)))?;
-        }
-        Ok((hasher.count(), hasher.finalize().to_hex().to_string()))
+        let known = self.known(named).unwrap_or_default();
+        let (bytes, hash) = known.hash(open, RecordingError::io(&self.shown(named)))?;
+        Ok((bytes, hash.to_hex().to_string()))
+    }
+
+    /// What is known of the hash of a file, where it is computed.
+    fn known(&self, named: &str) -> Option<Arc<PartlyHashed>> {
+        self.hashed.get()?.get(named).cloned()
     }
 }
 
@@ -153,7 +156,12 @@ impl Folder {
 type Find = Box<dyn FnMut(&str) -> Opened>;
 
 /// What opens the arrays in a file of a stream.
-fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> {
+fn arrays(
+    kind: Kind,
+    mut file: File,
+    stream: &Stream,
+    known: Option<Arc<PartlyHashed>>,
+) -> Result<Find, Problem> {
     let (axis, mut room) = (stream.axis, MOST_IN_MEMORY);
     let (numbers, at) = (stream.numbers, stream.skip_bytes.into());
     let channels = stream.channels_in_file.map_or(1, |channels| u64::from(channels.get()));
@@ -177,7 +185,10 @@ fn arrays(kind: Kind, mut file: File, stream: &Stream) -> Result<Find, Problem> 
             if !name.is_empty() {
                 return Err("channels of one array have numbers".into());
             }
-            let source = Box::new(file.try_clone()?);
+            let source: Box<dyn Source> = match known.clone() {
+                Some(known) => Box::new(Hashing::new(file.try_clone()?, known)),
+                None => Box::new(file.try_clone()?),
+            };
             let Some(numbers) = numbers else { return npy::array(source, axis) };
             let samples = file.metadata()?.len().saturating_sub(at) / (channels * numbers.bytes);
             let is_turned = axis == Axis::ChannelsFirst;

@@ -67,7 +67,7 @@ impl<'a> Ranges<'a> {
         let kept = self.kept.len() as u64;
         let is_apart = part != self.part || samples.start >= self.first + kept;
         // Rarely, so that the rest is seldom moved.
-        if is_apart || samples.start - self.first > kept * 3 / 4 {
+        if is_apart || samples.start - self.first > kept * 7 / 8 {
             let dropped = if is_apart { kept } else { samples.start - self.first };
             self.kept.drop_first(dropped as usize);
             (self.part, self.first) = (part, samples.start);

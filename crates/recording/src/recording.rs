@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 use asperity_record::{
     LoadDrop, MOST_STEPS, RECORD_SCHEMA_VERSION, Recorded, Row, RunHeader, Scales, Sensors, StepRecord,
@@ -147,13 +146,6 @@ impl Recording {
         (0..self.streams.len()).map(|stream| self.span(stream))
     }
 
-    /// Length and hash of every file, by their paths.
-    fn inputs(&self, is_in_vain: &AtomicBool) -> Result<BTreeMap<String, Input>, RecordingError> {
-        let starts = self.description.streams.iter().filter_map(|stream| Some(&stream.starts.as_ref()?.file));
-        let all = self.streams.iter().flat_map(|stream| &stream.files).chain(starts);
-        all.map(|named| Ok((named.clone(), self.folder.input(named, is_in_vain)?))).collect()
-    }
-
     /// Lines about the streams, for people.
     pub fn in_words(&self) -> Vec<String> {
         let line = |(stream, surveyed): (&Stream, &Surveyed)| {
@@ -243,20 +235,19 @@ impl Recording {
         self.description.slider.normal_force_n.map_or(1.0, |load| load.0)
     }
 
-    /// As [`Recording::detect`], and computes length and hash of every file meanwhile.
+    /// As [`Recording::detect`], and computes length and hash of every file.
     ///
     /// # Errors
     /// As that.
     pub fn read(&self, watch: &Watch<'_>) -> Result<Detected, RecordingError> {
-        let is_in_vain = AtomicBool::new(false);
-        thread::scope(|scope| {
-            let inputs = scope.spawn(|| self.inputs(&is_in_vain));
-            let found = self.detect(watch);
-            is_in_vain.store(found.is_err(), Ordering::Relaxed);
-            let inputs = inputs.join().unwrap_or_else(|panic| resume_unwind(panic));
-            let found = found?;
-            Ok(Detected { inputs: inputs?, ..found })
-        })
+        let starts = self.description.streams.iter().filter_map(|stream| Some(&stream.starts.as_ref()?.file));
+        let files = self.streams.iter().flat_map(|stream| &stream.files).chain(starts);
+        let hashed = files.map(|named| (named.clone(), Arc::default())).collect();
+        let hashed = self.folder.hashed.get_or_init(|| hashed);
+        let found = self.detect(watch)?;
+        let input = |named: &String| Ok((named.clone(), self.folder.input(named, &|| watch(1, 1))?));
+        let inputs = hashed.keys().map(input).collect::<Result<_, RecordingError>>()?;
+        Ok(Detected { inputs, ..found })
     }
 
     /// Finds steps, load drops and loads. `watch` is told how many samples were read, of how many in all passes, and says

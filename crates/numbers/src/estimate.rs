@@ -9,6 +9,8 @@
 
 use std::fmt;
 
+use asperity_record::Line;
+
 use crate::median;
 
 /// A number and its standard error.
@@ -97,19 +99,9 @@ pub fn root_mean_square(values: &[f64]) -> Option<Estimate> {
 /// Slope and intercept of the straight line through points by least squares; none where there are
 /// fewer than three, or all at one `x`.
 pub fn line(points: &[(f64, f64)]) -> Option<[Estimate; 2]> {
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x_mean, y_mean) = (mean(|point| point.0), mean(|point| point.1));
-    let (mut spread, mut common) = (0.0, 0.0);
-    for (x, y) in points {
-        spread += (x - x_mean).powi(2);
-        common += (x - x_mean) * (y - y_mean);
-    }
-    if points.len() < 3 || spread == 0.0 {
-        return None;
-    }
-    let slope = common / spread;
-    let intercept = y_mean - slope * x_mean;
+    let (count, line) = (points.len() as f64, Line::of(points.iter().copied())?);
+    let (slope, intercept, Line { mean_x: x_mean, squares_x: spread, .. }) =
+        (line.slope, line.at(0.0).0, line);
     let moves = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
         points.iter().map(|(x, y)| of((x - x_mean) / spread) * (y - intercept - slope * x)).collect()
     };

@@ -81,7 +81,7 @@ pub use rupture::{Arrival, Rupture, drop_n};
 pub use scales::Scales;
 pub use series::{Series, SeriesBlock};
 pub use slip::{GlobalSlip, Onset, SlipEvent};
-pub use statistics::{median, median_and_scatter};
+pub use statistics::{Line, median, median_and_scatter};
 pub use step::{Direction, JunctionTotals, StepRecord, Switch, SwitchAcross};
 pub use time::{MOST_STEPS, TimeGrid};
 pub use wording::{GREEK, YEAR_S, counted, greek, rounded, short, short_time, unit_of_time};

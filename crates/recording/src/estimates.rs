@@ -5,11 +5,11 @@
 //! place `x`, over the length of the slider, needs `F_T / F_N = mu_d (x + theta (x - x^2))`.
 
 use asperity_detect::{RuptureTracker, Slipped};
-use asperity_record::{Estimate, FirstReach, LoadDrop, Row, median_and_scatter};
+use asperity_model::theory::analytic::tilted_law;
+use asperity_record::{Estimate, FirstReach, Line, LoadDrop, Row, median_and_scatter};
 
 use crate::description::Channel;
 use crate::error::RecordingError;
-use crate::line::Line;
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
 
@@ -20,10 +20,7 @@ const SHEAR_SAMPLES: u64 = 16;
 const BLOCKS: usize = 10;
 
 /// Most means of the forces in memory; of longer recordings each is of several samples.
-const MOST_MEANS: u64 = 1 << 17;
-
-/// Fewest points to which the law of first reach is fitted.
-const FEWEST_POINTS: usize = 4;
+pub(crate) const MOST_MEANS: u64 = 1 << 17;
 
 /// A value and its standard error.
 type Value = [f64; 2];
@@ -63,53 +60,6 @@ fn sliding(means: &[Means], from_s: f64, speed: Option<f64>) -> Option<Value> {
     is_told.then(|| [of(means), (squares / (BLOCKS as f64 - 1.0) / BLOCKS as f64).sqrt()])
 }
 
-/// `mu_d` and the tilt `theta` of the normal load by points `x / L` and `F_T / F_N` of first reach; none of fewer than
-/// four. The errors are those of the fit, up to ten times too small.
-pub fn length_law(points: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
-    let [mut aa, mut ab, mut bb, mut ay, mut by] = [0.0; 5];
-    for [x, y] in points {
-        let bend = x - x * x;
-        [aa, ab, bb, ay, by] = [aa + x * x, ab + x * bend, bb + bend * bend, ay + x * y, by + bend * y];
-    }
-    let determinant = aa * bb - ab * ab;
-    let (a, b) = ((bb * ay - ab * by) / determinant, (aa * by - ab * ay) / determinant);
-    let squares: f64 = points.iter().map(|[x, y]| (y - a * x - b * (x - x * x)).powi(2)).sum();
-    let variance = squares / (points.len() as f64 - 2.0) / determinant;
-    let (a_error, b_error) = ((variance * bb).sqrt(), (variance * aa).sqrt());
-    let is_fit = points.len() >= FEWEST_POINTS && determinant > 0.0 && a > 0.0;
-    is_fit.then(|| [[a, a_error], [b / a, (b_error / a).hypot(b * a_error / (a * a))]])
-}
-
-/// Means over so many samples of the forces and what belongs to them.
-#[derive(Default)]
-pub(crate) struct Averager {
-    each: u64,
-    count: u64,
-    means: Vec<Means>,
-}
-
-impl Averager {
-    /// Of so many samples.
-    pub(crate) fn of(samples: u64) -> Averager {
-        Averager { each: samples.div_ceil(MOST_MEANS).max(1), ..Averager::default() }
-    }
-
-    /// Adds the next sample.
-    pub(crate) fn add(&mut self, measured: Means) {
-        if self.count.is_multiple_of(self.each) {
-            self.means.push([0.0; 5]);
-        }
-        let mean = self.means.last_mut().expect("one is begun");
-        mean.iter_mut().zip(measured).for_each(|(mean, of)| *mean += of / self.each as f64);
-        self.count += 1;
-    }
-
-    /// The whole ones.
-    fn means(&self) -> &[Means] {
-        &self.means[..(self.count / self.each.max(1)) as usize]
-    }
-}
-
 impl Recording {
     /// The ruptures that the step records show, numbered as in the log, in order of their onsets.
     pub(crate) fn ruptures(&self, found: &Detected) -> Vec<Slipped> {
@@ -123,16 +73,11 @@ impl Recording {
     }
 
     /// Rows of what steps and load drops tell. The shear gauges are read once more.
-    pub(crate) fn estimates(
-        &self,
-        found: &Detected,
-        averager: &Averager,
-    ) -> Result<Vec<Row>, RecordingError> {
+    pub(crate) fn estimates(&self, found: &Detected, means: &[Means]) -> Result<Vec<Row>, RecordingError> {
         let (step, grid, drops, x_m) =
             (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
         let ruptures = self.ruptures(found);
         let global = ruptures.iter().position(|rupture| rupture.blocks.len() == x_m.len());
-        let means = averager.means();
         let (velocity, mut rows) = (slope(means, TIME, POINT), Vec::new());
         let speed = velocity.map(|[speed, _]| speed);
         let exceeds_mean = |drop: &&LoadDrop| {
@@ -161,7 +106,7 @@ impl Recording {
                 farthest = Some(if last(before) > last(rupture) { before } else { rupture });
             }
         }
-        let [by_reach, tilt] = length_law(&points).map_or([None; 2], |told| told.map(Some));
+        let [by_reach, tilt] = tilted_law(&points).map_or([None; 2], |told| told.map(Some));
         let rate = median_of(drops.iter().map(|drop| drop.loading_rate_n_per_s).collect());
         let numbers = [
             ("drive_velocity_m_per_s", velocity),

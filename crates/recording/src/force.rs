@@ -3,10 +3,9 @@
 use std::iter;
 use std::ops::Range;
 
-use asperity_record::LoadDrop;
+use asperity_record::{Line, LoadDrop};
 
 use crate::description::Channel;
-use crate::line::Line;
 use crate::noise::plateaus;
 use crate::pass::Piece;
 use crate::pick::{Finders, Search};
@@ -38,6 +37,12 @@ pub(crate) struct Forces<'a> {
     pub(crate) drops: Vec<LoadDrop>,
     /// How many ramps of the part were judged.
     pub(crate) judged: usize,
+}
+
+/// The line through samples, the first at this place; none through fewer than four.
+fn line(first: u64, samples: &[f64]) -> Option<Line> {
+    let points = samples.iter().enumerate().map(|(n, y)| ((first + n as u64) as f64, *y));
+    if samples.len() < 4 { None } else { Line::of(points) }
 }
 
 /// Loads at a time.
@@ -116,13 +121,9 @@ impl Forces<'_> {
     fn drop(&self, part: usize, n: usize, rows: &Rows<'_>) -> Option<LoadDrop> {
         let (of, ramp, search) = (&self.parts[part], self.ramps[part][n], &self.searches[part]);
         let [left, right, normal] = self.ranges(part, n);
-        let line = |which: usize, samples: &Range<u64>| {
-            if samples.is_empty() {
-                return None;
-            }
-            Line::through(samples.start, &self.quantity(which, rows, samples)?)
-        };
-        let (first, second) = (line(FORCE, &left)?, line(FORCE, &right)?);
+        let line_of =
+            |which: usize, samples: &Range<u64>| line(samples.start, &self.quantity(which, rows, samples)?);
+        let (first, second) = (line_of(FORCE, &left)?, line_of(FORCE, &right)?);
         let ((ft_before_n, before_error), (ft_after_n, after_error)) =
             (first.at(ramp.begin), second.at(ramp.begin));
         let drop_n = ft_before_n - ft_after_n;
@@ -136,7 +137,8 @@ impl Forces<'_> {
         let per_s = (left.end - 1 - left.start) as f64
             / (of.time_s((left.end - 1) as f64) - of.time_s(left.start as f64));
         let loading_rate_n_per_s = first.slope * per_s;
-        let speed_m_per_s = line(DRIVE, &left).map(|line| line.slope * per_s).filter(|speed| *speed != 0.0);
+        let speed_m_per_s =
+            line_of(DRIVE, &left).map(|line| line.slope * per_s).filter(|speed| *speed != 0.0);
         let stiffness_n_per_m = speed_m_per_s.map(|speed_m_per_s| loading_rate_n_per_s / speed_m_per_s);
         Some(LoadDrop {
             drop: 0,
@@ -205,7 +207,7 @@ impl Forces<'_> {
         let place = self.parts[part].sample_at(time_s);
         let at = |which: usize| {
             let values = self.quantity(which, rows, samples)?;
-            Some(match Line::through(samples.start, &values) {
+            Some(match line(samples.start, &values) {
                 Some(line) => (line.at(place).0, Some(line.at(place).1)),
                 // Too few: the nearest.
                 None if side == Side::Before => (values[values.len() - 1], None),

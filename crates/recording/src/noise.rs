@@ -33,27 +33,29 @@ const SHARES: usize = 64;
 pub(crate) struct OfPart {
     pub(crate) width: u64,
     pub(crate) scatter: Scatter,
-    /// The extremes at which it is clipped.
-    clips: [Option<Run>; 2],
+    extremes: Extremes,
     /// Whether steps between numbers are above the noise.
     is_coarse: bool,
 }
 
-/// What is found in a stream.
+/// The noise of a stream: of each part and channel, for each width of its windows.
+pub(crate) type NoiseOf = Vec<Vec<Vec<OfPart>>>;
+
+/// What is found in pieces of a stream.
 pub(crate) struct Heard {
-    /// By part and channel, for each width of its windows.
-    pub(crate) noise: Vec<Vec<Vec<OfPart>>>,
+    /// The extremes of channels in pieces, with their part.
+    extremes: Vec<(usize, Vec<Extremes>)>,
     pub(crate) signals: Signals,
-    /// Steps of sensors in order of time, and how many were of the other sign.
+    /// Steps of sensors, and how many were of the other sign.
     pub(crate) steps: Vec<SensorStep>,
     pub(crate) others: u64,
 }
 
 impl OfPart {
-    /// Learns at which extremes of the whole part it is clipped.
-    fn judge(&mut self, extremes: &Extremes) {
-        let is_tested = !self.is_coarse && extremes[0].value < extremes[1].value;
-        self.clips = extremes.map(|run| Some(run).filter(|run| is_tested && run.clipped > 0));
+    /// The extremes at which it is clipped.
+    fn clips(&self) -> impl Iterator<Item = &Run> {
+        let is_tested = !self.is_coarse && self.extremes[0].value < self.extremes[1].value;
+        self.extremes.iter().filter(move |run| is_tested && run.clipped > 0)
     }
 
     /// What is looked for, given the least size of a step: without noise and that there is none.
@@ -67,18 +69,7 @@ impl OfPart {
 
     /// Whether it is clipped at the least or the largest of these [plateaus](plateaus).
     pub(crate) fn is_clipped_at(&self, plateaus: [f64; 2]) -> bool {
-        self.clips.iter().zip(plateaus).any(|(clip, plateau)| clip.is_some_and(|clip| clip.value == plateau))
-    }
-
-    /// The row of a sensor, or of the force, in a part that begins at a step.
-    fn row(&self, step: (u64, f64), stream: usize, of: &Part, sensor: Option<u32>, scale: f64) -> Row {
-        let ((step, time_s), window, (part, missing)) = (step, self.width, (of.number, of.missing));
-        let (stream, clipped) = (stream as u32 + 1, self.clips.iter().flatten().map(|run| run.clipped).sum());
-        let (median, sigma) = (self.scatter.median * scale, self.scatter.sigma * scale.abs());
-        let (median_n, sigma_n) = (median, sigma);
-        let of_force = LoadNoise { step, time_s, stream, part, window, median_n, sigma_n, clipped, missing };
-        let Some(sensor) = sensor else { return Row::new(of_force) };
-        Row::new(Noise { step, time_s, stream, part, sensor, window, median, sigma, clipped, missing })
+        self.clips().any(|clip| plateaus.contains(&clip.value))
     }
 }
 
@@ -168,23 +159,20 @@ fn reduce<'a>(mut samples: impl Iterator<Item = &'a [f64; LANES]>) -> [[f64; LAN
     [least, sum, most]
 }
 
-/// What is found in pieces of a stream: by part the extremes of its channels, steps with their plateaus, and
-/// how many were of the other sign.
-struct Share {
-    extremes: Vec<(usize, Vec<Extremes>)>,
-    signals: Signals,
-    steps: Vec<(usize, SensorStep, [f64; 2])>,
-    others: u64,
+impl Heard {
+    fn new() -> Heard {
+        Heard { extremes: Vec::new(), signals: Signals::new(), steps: Vec::new(), others: 0 }
+    }
 }
 
 impl Recording {
-    /// The noise of the channels of a stream, as [`Heard::noise`]. Only samples that tell it are read.
+    /// The noise of the channels of a stream. Only samples that tell it are read.
     fn scatters(
         &self,
         stream: usize,
         widths: &[Vec<u64>],
         progress: &Progress<'_>,
-    ) -> Result<Vec<Vec<Vec<OfPart>>>, RecordingError> {
+    ) -> Result<NoiseOf, RecordingError> {
         let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
         let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
         let Some(longest) = all.last() else { return Ok(parts) };
@@ -216,8 +204,10 @@ impl Recording {
                 parts[part][n].extend(its.map(|(window, values)| {
                     let values: Vec<f64> = values.iter().map(|lanes| lanes[n % LANES]).collect();
                     let (width, scatter) = (window.width, Scatter::of(&values));
-                    let (clips, noise) = ([None; 2], scatter.noise(width));
-                    OfPart { width, scatter, clips, is_coarse: noise > 0.0 && quanta[n] > noise }
+                    let noise = scatter.noise(width);
+                    let is_coarse = noise > 0.0 && quanta[n] > noise;
+                    let extremes = [f64::INFINITY, f64::NEG_INFINITY].map(Run::of);
+                    OfPart { width, scatter, extremes, is_coarse }
                 }));
             }
         }
@@ -232,7 +222,7 @@ impl Recording {
         widths: &[Vec<u64>],
         role: Option<Role>,
         progress: &Progress<'_>,
-    ) -> Result<Heard, RecordingError> {
+    ) -> Result<(NoiseOf, Heard), RecordingError> {
         let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
@@ -244,43 +234,31 @@ impl Recording {
         }
         let mut noise = self.scatters(stream, widths, progress)?;
         let of = &self.description.streams[stream];
-        let lies_in_place = matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
-        let shares: Vec<Vec<Piece>> = match of.rate_hz {
-            Some(_) if lies_in_place => {
-                self.pieces(stream, PIECE).into_iter().map(|piece| vec![piece]).collect()
-            }
-            _ => vec![self.pieces(stream, u64::MAX)],
-        };
-        let (mut signals, mut steps, mut others) = (Signals::new(), Vec::new(), 0);
-        let fresh = |of_part: &Vec<Vec<OfPart>>| of_part.iter().map(|noise| extremes(noise)).collect();
-        let mut all: Vec<Vec<Extremes>> = noise.iter().map(fresh).collect();
-        for shares in shares.chunks(SHARES) {
-            for share in at_once(shares, None, |pieces| self.hear(stream, role, &noise, pieces, progress))? {
-                signals.append(share.signals).map_err(RecordingError::spool)?;
-                steps.extend(share.steps);
-                others += share.others;
-                for (part, next) in share.extremes {
-                    for ([least, most], next) in all[part].iter_mut().zip(next) {
-                        (*least, *most) = (least.with(next[0], false), most.with(next[1], true));
+        // Those that can be sought in are gone through on all processors.
+        let is_sought = of.rate_hz.is_some() && matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
+        let (most, together) = if is_sought { (PIECE, 1) } else { (u64::MAX, usize::MAX) };
+        let (pieces, mut found) = (self.pieces(stream, most), Heard::new());
+        let jobs: Vec<&[Piece]> = pieces.chunks(together).collect();
+        for jobs in jobs.chunks(SHARES) {
+            for next in at_once(jobs, None, |pieces| self.hear(stream, role, &noise, pieces, progress))? {
+                found.signals.append(next.signals).map_err(RecordingError::spool)?;
+                found.steps.extend(next.steps);
+                found.others += next.others;
+                for (part, extremes) in next.extremes {
+                    for (noise, next) in noise[part].iter_mut().zip(extremes) {
+                        noise.iter_mut().for_each(|of| {
+                            let [least, most] = of.extremes;
+                            of.extremes = [least.with(next[0], false), most.with(next[1], true)];
+                        });
                     }
                 }
             }
         }
-        for (noise, extremes) in noise.iter_mut().flatten().zip(all.iter().flatten()) {
-            noise.iter_mut().for_each(|noise| noise.judge(extremes));
-        }
-        steps.retain(|(part, step, plateaus)| {
-            !noise[*part][step.sensor as usize - 1][0].is_clipped_at(*plateaus)
-        });
-        let mut found = Vec::new();
-        for of_part in steps.chunk_by_mut(|a, b| a.0 == b.0) {
-            // An arrival may lie before its part by rounding.
-            of_part.sort_by(|(_, a, _), (_, b, _)| {
-                a.arrival_s.total_cmp(&b.arrival_s).then(a.sensor.cmp(&b.sensor))
-            });
-            found.extend(of_part.iter().map(|(_, step, _)| *step));
-        }
-        Ok(Heard { noise, signals, steps: found, others })
+        found.steps.retain(|of| !noise[of.part][of.sensor as usize - 1][0].is_clipped_at(of.plateaus));
+        // An arrival may lie before its part by rounding.
+        let order = |of: &SensorStep| (of.part, of.arrival_s, of.sensor);
+        found.steps.sort_by(|a, b| order(a).partial_cmp(&order(b)).expect("times are finite"));
+        Ok((noise, found))
     }
 
     /// Goes through pieces of a stream, whose noise is known.
@@ -288,17 +266,15 @@ impl Recording {
         &self,
         stream: usize,
         role: Option<Role>,
-        noise: &[Vec<Vec<OfPart>>],
+        noise: &NoiseOf,
         pieces: &[Piece],
         progress: &Progress<'_>,
-    ) -> Result<Share, RecordingError> {
+    ) -> Result<Heard, RecordingError> {
         let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = role.map_or(0, |_| self.description.streams[stream].sensors.len());
         let behind = if sensors > 0 { pick::BEHIND * noise[0][0][0].width } else { CLIPPED };
-        let (signals, steps) = (Signals::new(), Vec::new());
-        let mut found = Share { extremes: Vec::new(), signals, steps, others: 0 };
-        let mut finders = Vec::new();
+        let (mut found, mut finders) = (Heard::new(), Vec::new());
         self.pass(stream, &channels, behind, pieces, progress, &mut |piece, first, rows, is_last| {
             let (part, noise) = (piece.part, &noise[piece.part]);
             if first == piece.samples.start {
@@ -335,8 +311,8 @@ impl Recording {
                     let error_s = arrival::error(&ramp, scatter.noise(width), role) * surveyed.interval_s;
                     let (step, step_error) = (ramp.size * scale, scatter.sigma * scale.abs());
                     let measured = Measured { error_s, step, step_error };
-                    let step = SensorStep { sensor: n as u32 + 1, arrival_s, stop_s, measured };
-                    found.steps.push((part, step, plateaus(rows, n, &ramp)));
+                    let (sensor, plateaus) = (n as u32 + 1, plateaus(rows, n, &ramp));
+                    found.steps.push(SensorStep { part, sensor, arrival_s, stop_s, measured, plateaus });
                 });
                 found.others += finders.take_others();
             }
@@ -351,16 +327,22 @@ impl Recording {
         let all: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = self.description.streams[stream].sensors.len();
         for (part, n, of) in noise {
-            for run in of.clips.iter().flatten() {
+            for run in of.clips() {
                 let problem = format!("clipped at {}, {} samples", run.value, run.clipped);
                 let accepted = "a range that the signal does not leave";
                 let at = Some((run.first, run.value));
                 told.1.push(self.fault(stream, *part, all[*n], at, problem, accepted));
             }
-            let (of_part, sensor) = (&surveyed.parts[*part], (*n < sensors).then_some(*n as u32 + 1));
+            let (of_part, scale, sensor) = (&surveyed.parts[*part], all[*n].scale, *n as u32 + 1);
+            let (part, missing, window) = (of_part.number, of_part.missing, of.width);
             let step = grid.nearest_step(of_part.first_s());
-            let at = (step, grid.time_s(step));
-            told.0.push(of.row(at, stream, of_part, sensor, all[*n].scale));
+            let (time_s, stream) = (grid.time_s(step), stream as u32 + 1);
+            let (median, sigma) = (of.scatter.median * scale, of.scatter.sigma * scale.abs());
+            let (clipped, median_n, sigma_n) = (of.clips().map(|run| run.clipped).sum(), median, sigma);
+            let of_force =
+                LoadNoise { step, time_s, stream, part, window, median_n, sigma_n, clipped, missing };
+            let row = Noise { step, time_s, stream, part, sensor, window, median, sigma, clipped, missing };
+            told.0.push(if *n < sensors { Row::new(row) } else { Row::new(of_force) });
         }
         // What may be wrong with a channel of a part, told once for all that have it.
         type Has = fn(&OfPart) -> bool;

@@ -12,7 +12,7 @@ use asperity_record::{
 
 use crate::description::{Channel, Description, Positive, Role, Stream};
 use crate::error::{InputFault, RecordingError};
-use crate::estimates::Averager;
+use crate::estimates::{MOST_MEANS, Means};
 use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
 use crate::noise::OfPart;
@@ -269,7 +269,7 @@ impl Recording {
         };
         let role = self.description.contact_role();
         let (mut told, mut signals) = (Told::default(), Vec::new());
-        let (mut steps, mut of_forces, mut averager) = (Vec::new(), None, Averager::default());
+        let (mut steps, mut of_forces, mut means) = (Vec::new(), None, Vec::new());
         for (stream, of) in self.description.streams.iter().enumerate() {
             let role = role.filter(|_| *contacts == Some(stream));
             let widths = of.channels().enumerate().map(|(n, channel)| match channel.role {
@@ -277,23 +277,22 @@ impl Recording {
                 Role::TangentialForce => self.force_widths(stream),
                 _ => Vec::new(),
             });
-            let heard = self.listen(stream, &widths.collect::<Vec<_>>(), role, &progress)?;
+            let (noise_of, heard) = self.listen(stream, &widths.collect::<Vec<_>>(), role, &progress)?;
             signals.push(heard.signals);
             if let Some(role) = role {
-                let all =
-                    (0..heard.noise.len()).flat_map(|part| (0..of.sensors.len()).map(move |n| (part, n)));
-                let noise = all.map(|(part, n)| (part, n, heard.noise[part][n][0]));
+                let all = (0..noise_of.len()).flat_map(|part| (0..of.sensors.len()).map(move |n| (part, n)));
+                let noise = all.map(|(part, n)| (part, n, noise_of[part][n][0]));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
                 self.warn(stream, role, window, &heard.steps, heard.others, &mut told.1);
                 steps = heard.steps;
             }
             if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
                 let n = of.sensors.len() + n;
-                let noise: Vec<&[OfPart]> = heard.noise.iter().map(|of| &of[n][..]).collect();
-                let (forces, means) = self.forces(stream, &noise, &progress)?;
+                let noise: Vec<&[OfPart]> = noise_of.iter().map(|of| &of[n][..]).collect();
+                let (forces, means_of) = self.forces(stream, &noise, &progress)?;
                 let noise = forces.searches.iter().enumerate().map(|(part, of)| (part, n, of.noise));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
-                (of_forces, averager) = (Some((stream, forces)), means);
+                (of_forces, means) = (Some((stream, forces)), means_of);
             }
         }
         let (mut rows, warnings) = told;
@@ -308,7 +307,7 @@ impl Recording {
         }
         let mut found =
             Detected { rows, warnings, inputs, drops, timeline, loads, signals, window, normal_load_n };
-        let told = self.estimates(&found, &averager)?;
+        let told = self.estimates(&found, &means)?;
         found.rows.extend(told);
         Ok(found)
     }
@@ -386,7 +385,7 @@ impl Recording {
         stream: usize,
         noise: &[&[OfPart]],
         progress: &Progress<'_>,
-    ) -> Result<(Forces<'_>, Averager), RecordingError> {
+    ) -> Result<(Forces<'_>, Vec<Means>), RecordingError> {
         let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
         let (channels, places) = self.force_channels(stream);
         let (scale, normal_force_n) = (channels[0].scale, self.description.slider.normal_force_n);
@@ -410,7 +409,8 @@ impl Recording {
         };
         let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].noise.width).max().unwrap_or_default();
-        let mut averager = Averager::of(parts.iter().map(|part| part.samples).sum());
+        let samples: u64 = parts.iter().map(|part| part.samples).sum();
+        let (each, mut means, mut count) = (samples.div_ceil(MOST_MEANS).max(1), Vec::<Means>::new(), 0_u64);
         let before = BEHIND * longest;
         self.pass(stream, &channels, before, &pieces, progress, &mut |piece, first, rows, is_last| {
             let part = piece.part;
@@ -424,14 +424,19 @@ impl Recording {
                 }
                 let [force, normal, point, end] =
                     [of[0], of[1].or(normal_force_n), of[2], of[3]].map(|of| of.unwrap_or(f64::NAN));
-                averager.add([parts[part].time_s(sample as f64), force, force / normal, point, point - end]);
+                let values = [parts[part].time_s(sample as f64), force, force / normal, point, point - end];
+                means.extend(count.is_multiple_of(each).then_some([0.0; 5]));
+                let mean = means.iter_mut().next_back().into_iter().flatten();
+                mean.zip(values).for_each(|(mean, of)| *mean += of / each as f64);
+                count += 1;
             }
             tried.iter_mut().for_each(|forces| forces.extend(piece, first, rows, is_last));
             Ok(false)
         })?;
         let most = tried.iter().map(|forces| forces.drops.len()).max().unwrap_or_default() as f64;
         let chosen = tried.iter().rposition(|forces| forces.drops.len() as f64 >= SHARE_OF_DROPS * most);
-        Ok((tried.swap_remove(chosen.expect("that with the most is one")), averager))
+        means.truncate((count / each) as usize);
+        Ok((tried.swap_remove(chosen.expect("that with the most is one")), means))
     }
 
     /// The loads of all records.

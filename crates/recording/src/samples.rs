@@ -114,7 +114,7 @@ impl Rows<'_> {
     /// A range of samples of a channel, cut to those that are there.
     pub(crate) fn of(&self, channel: usize, samples: Range<u64>) -> impl ExactSizeIterator<Item = f64> {
         let [from, to] = [samples.start, samples.end].map(|place| place.clamp(self.first, self.end()));
-        self.block.row(channel, (from - self.first) as usize).take((to - from) as usize)
+        self.block.row(channel, (from - self.first) as usize).take(to.saturating_sub(from) as usize)
     }
 
     /// The same in SI units.

@@ -9,12 +9,15 @@ use crate::force::{Loads, Side};
 /// A step that a sensor saw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SensorStep {
+    pub(crate) part: usize,
     /// Counted from 1.
     pub(crate) sensor: u32,
     pub(crate) arrival_s: f64,
     pub(crate) stop_s: f64,
     /// With the error of the arrival.
     pub(crate) measured: Measured,
+    /// The least and the largest value that it has for a while.
+    pub(crate) plateaus: [f64; 2],
 }
 
 /// What a sensor does between two steps of the grid.
@@ -54,7 +57,7 @@ impl Timeline {
     ) -> Timeline {
         let mut slides: Vec<Slide> = Vec::with_capacity(steps.len());
         let mut last_of: BTreeMap<u32, usize> = BTreeMap::new();
-        for SensorStep { sensor, arrival_s, stop_s, measured } in steps {
+        for SensorStep { sensor, arrival_s, stop_s, measured, .. } in steps {
             let begin = grid.nearest_step(arrival_s).max(2);
             let end = grid.nearest_step(stop_s).max(begin + 1);
             let before = last_of.get(&sensor).map(|n| &mut slides[*n]);

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use asperity_model::theory::analytic::tilted_law;
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::{Estimate, FirstReach};
-use asperity_recording::{Description, Detected, Recording, length_law, scenario};
+use asperity_recording::{Description, Detected, Recording, scenario};
 
 type Row = BTreeMap<String, String>;
 
@@ -42,12 +43,12 @@ fn the_fit_of_first_reach_is_that_of_the_reference() {
         let of_fit = points.iter().filter(is_of_fit);
         let of_fit: Vec<[f64; 2]> =
             of_fit.map(|row| [number(row, "x_over_l"), number(row, "ft_fn")]).collect();
-        let [[dynamic, dynamic_error], [tilt, tilt_error]] = length_law(&of_fit).unwrap();
+        let [[dynamic, dynamic_error], [tilt, tilt_error]] = tilted_law(&of_fit).unwrap();
         near(&fit, "mu_d", dynamic, 1e-4 * dynamic);
         near(&fit, "mu_d_error", dynamic_error, 0.01 * dynamic_error);
         near(&fit, "tilt", tilt, 1e-4);
         near(&fit, "tilt_error", tilt_error, 0.01 * tilt_error);
-        assert!(length_law(&of_fit[..3]).is_none(), "three points have no error");
+        assert!(tilted_law(&of_fit[..3]).is_none(), "three points have no error");
     }
 }
 

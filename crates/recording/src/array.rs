@@ -8,7 +8,7 @@ use multiversion::multiversion;
 use serde::Deserialize;
 
 use crate::description::{Axis, Stream};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, Result};
 use crate::samples::{Block, Column, LANES, Samples};
 
 /// Most bytes of arrays of a file that cannot be read piece by piece.
@@ -207,7 +207,7 @@ impl Arrays {
         stream: &Stream,
         columns: &[Column],
         find: &mut dyn FnMut(&str) -> Opened,
-    ) -> Result<Arrays, RecordingError> {
+    ) -> Result<Arrays> {
         let mut grids: Vec<(Grid, Vec<u64>)> = Vec::new();
         let mut opened = None;
         for column in columns {
@@ -244,7 +244,7 @@ impl Arrays {
 }
 
 impl Samples for Arrays {
-    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
+    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize> {
         let count = (most as u64).min(self.samples - self.next);
         let (apart, before) = (block.stride(), block.len());
         block.resize(before + count as usize);
@@ -275,7 +275,7 @@ impl Samples for Arrays {
         Ok(count as usize)
     }
 
-    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize, RecordingError> {
+    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize> {
         let count = (most as u64).min(self.samples - self.next);
         self.next += count;
         Ok(count as usize)

@@ -8,7 +8,7 @@ use asperity_files::ShortLines;
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::description::Stream;
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, RecordingError, Result};
 use crate::samples::{Block, Column, Samples};
 
 /// Of these the first that a heading contains separates its cells, if no other is given.
@@ -38,16 +38,11 @@ pub(crate) struct Csv {
 
 impl Csv {
     /// Opens columns of a table that is described by a stream.
-    pub(crate) fn open(
-        file: File,
-        shown: &Path,
-        stream: &Stream,
-        columns: &[Column],
-    ) -> Result<Csv, RecordingError> {
+    pub(crate) fn open(file: File, shown: &Path, stream: &Stream, columns: &[Column]) -> Result<Csv> {
         let io = RecordingError::io(shown);
         let mut source = BufReader::new(ShortLines::of(file));
         let mut lines = 0;
-        let mut line = || -> Result<Vec<u8>, RecordingError> {
+        let mut line = || -> Result<Vec<u8>> {
             let mut line = Vec::new();
             lines += u64::from(source.read_until(b'\n', &mut line).map_err(&io)? > 0);
             Ok(line)
@@ -82,7 +77,7 @@ impl Csv {
         let (mut record, mut reader) = (ByteRecord::new(), ReaderBuilder::new());
         let reader = reader.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter);
         let mut reader = reader.from_reader(Cursor::new(heading).chain(source));
-        let mut texts = || -> Result<Vec<String>, RecordingError> {
+        let mut texts = || -> Result<Vec<String>> {
             reader.read_byte_record(&mut record).map_err(|error| io(error.into()))?;
             Ok(record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect())
         };
@@ -115,7 +110,7 @@ impl Csv {
     }
 
     /// Reads the next row; false at the end.
-    fn advance(&mut self) -> Result<bool, RecordingError> {
+    fn advance(&mut self) -> Result<bool> {
         let read = self.reader.read_byte_record(&mut self.record);
         read.map_err(|error| RecordingError::io(&self.path)(error.into()))
     }
@@ -153,7 +148,7 @@ impl Csv {
 }
 
 impl Samples for Csv {
-    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
+    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize> {
         let mut row = vec![0.0; self.columns.len()];
         for count in 0..most {
             if !self.advance()? {
@@ -172,7 +167,7 @@ impl Samples for Csv {
         Ok(most)
     }
 
-    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize, RecordingError> {
+    fn skip(&mut self, most: usize, _block: &mut Block) -> Result<usize> {
         for count in 0..most {
             if !self.advance()? {
                 return Ok(count);

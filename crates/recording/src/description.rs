@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Spanned, Value};
 
 use crate::array::Numbers;
-use crate::error::RecordingError;
+use crate::error::{RecordingError, Result};
 use crate::samples::Column;
 use crate::unit::{Quantity, Unit};
 
@@ -414,7 +414,7 @@ impl Description {
     ///
     /// # Errors
     /// If it cannot be read, or a value in it is not accepted.
-    pub fn read(file: &Path) -> Result<Description, RecordingError> {
+    pub fn read(file: &Path) -> Result<Description> {
         let text = text::read(file).map_err(RecordingError::io(file))?;
         Description::parse(file, &text)
     }
@@ -423,7 +423,7 @@ impl Description {
     ///
     /// # Errors
     /// If a value in it is not accepted.
-    pub fn parse(file: &Path, text: &str) -> Result<Description, RecordingError> {
+    pub fn parse(file: &Path, text: &str) -> Result<Description> {
         let read = || -> Result<Description, Refused> {
             check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
             resolve(file, text, typed::parse(text, "`asperity recording show`")?)

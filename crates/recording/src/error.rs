@@ -27,6 +27,9 @@ pub enum RecordingError {
     Input(#[from] InputFault),
 }
 
+/// What is read of a recording, or why it is refused.
+pub(crate) type Result<T, E = RecordingError> = std::result::Result<T, E>;
+
 impl RecordingError {
     pub(crate) fn io(file: &Path) -> impl Fn(io::Error) -> RecordingError {
         move |error| RecordingError::Io { file: file.to_owned(), error }

@@ -9,7 +9,7 @@ use asperity_model::theory::analytic::tilted_law;
 use asperity_record::{Estimate, FirstReach, Line, LoadDrop, Row, median_and_scatter};
 
 use crate::description::Channel;
-use crate::error::RecordingError;
+use crate::error::Result;
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
 
@@ -73,7 +73,7 @@ impl Recording {
     }
 
     /// Rows of what steps and load drops tell. The shear gauges are read once more.
-    pub(crate) fn estimates(&self, found: &Detected, means: &[Means]) -> Result<Vec<Row>, RecordingError> {
+    pub(crate) fn estimates(&self, found: &Detected, means: &[Means]) -> Result<Vec<Row>> {
         let (step, grid, drops, x_m) =
             (self.last_step(), self.time_grid(), &found.drops, self.description.positions_m());
         let ruptures = self.ruptures(found);
@@ -125,7 +125,7 @@ impl Recording {
     }
 
     /// At each arrival the largest shear just before, by a gauge at the sensor, over the normal load that it reads.
-    fn shear_ratios(&self, ruptures: &[Slipped]) -> Result<Vec<f64>, RecordingError> {
+    fn shear_ratios(&self, ruptures: &[Slipped]) -> Result<Vec<f64>> {
         let reads_load = |channel: &Channel| channel.normal_n.is_some();
         let streams = &self.description.streams;
         let Some(stream) = streams.iter().position(|stream| stream.sensors.iter().any(reads_load)) else {

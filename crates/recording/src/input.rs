@@ -12,7 +12,7 @@ use zip::ZipArchive;
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, stored};
 use crate::csv::Csv;
 use crate::description::{Axis, Kind, Stream, Time};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, RecordingError, Result};
 use crate::samples::{Block, Column, Samples};
 use crate::{hdf5, matlab, npy, tdms};
 
@@ -52,7 +52,7 @@ impl Folder {
     }
 
     /// The place of a path that is named in the description.
-    fn inside(&self, named: &str) -> Result<PathBuf, RecordingError> {
+    fn inside(&self, named: &str) -> Result<PathBuf> {
         let shown = self.shown(named);
         let outside = || {
             let problem = "it is outside the folder of the recording";
@@ -70,12 +70,12 @@ impl Folder {
     }
 
     /// A file that is named in the description.
-    fn file(&self, named: &str) -> Result<File, RecordingError> {
+    fn file(&self, named: &str) -> Result<File> {
         asperity_files::open(&self.inside(named)?).map_err(RecordingError::io(&self.shown(named)))
     }
 
     /// The files of a stream: of segments in the order of the numbers in place of the `*`.
-    pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>, RecordingError> {
+    pub(crate) fn files(&self, stream: &Stream) -> Result<Vec<String>> {
         let Some((before, after)) = stream.file.split_once('*') else { return Ok(vec![stream.file.clone()]) };
         let folder = &before[..before.rfind('/').map_or(0, |slash| slash + 1)];
         let numbered =
@@ -98,12 +98,7 @@ impl Folder {
     }
 
     /// Opens columns of a file of a stream.
-    pub(crate) fn open(
-        &self,
-        stream: &Stream,
-        named: &str,
-        columns: &[Column],
-    ) -> Result<Box<dyn Samples>, RecordingError> {
+    pub(crate) fn open(&self, stream: &Stream, named: &str, columns: &[Column]) -> Result<Box<dyn Samples>> {
         let (shown, axis) = (&self.shown(named), stream.axis);
         if let Some(given) = self.given.get(named) {
             return Ok(Box::new(Arrays::open(shown, stream, columns, &mut |_| npy::array(given(), axis))?));
@@ -121,7 +116,7 @@ impl Folder {
     }
 
     /// The times at which segments start, s.
-    pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>, RecordingError> {
+    pub(crate) fn starts_s(&self, starts: &Time) -> Result<Vec<f64>> {
         let (file, columns) = (self.file(&starts.file)?, std::slice::from_ref(&starts.column));
         let mut table = Csv::open(file, &self.shown(&starts.file), &Stream::default(), columns)?;
         let mut block = Block::new(1);
@@ -131,11 +126,7 @@ impl Folder {
     }
 
     /// Length and hash of a file, unless it is stopped.
-    pub(crate) fn input(
-        &self,
-        named: &str,
-        is_stopped: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Input, RecordingError> {
+    pub(crate) fn input(&self, named: &str, is_stopped: &(dyn Fn() -> bool + Sync)) -> Result<Input> {
         let open = || match self.given.get(named) {
             _ if is_stopped() => Err(RecordingError::Interrupted),
             Some(given) => Ok(given()),

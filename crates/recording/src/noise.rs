@@ -11,7 +11,7 @@ use multiversion::multiversion;
 
 use crate::arrival;
 use crate::description::{Channel, Kind, Role};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, RecordingError, Result};
 use crate::pass::{PIECE, Piece, Progress, Ranges};
 use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
@@ -167,12 +167,7 @@ impl Heard {
 
 impl Recording {
     /// The noise of the channels of a stream. Only samples that tell it are read.
-    fn scatters(
-        &self,
-        stream: usize,
-        widths: &[Vec<u64>],
-        progress: &Progress<'_>,
-    ) -> Result<NoiseOf, RecordingError> {
+    fn scatters(&self, stream: usize, widths: &[Vec<u64>], progress: &Progress<'_>) -> Result<NoiseOf> {
         let all: BTreeSet<u64> = widths.iter().flatten().copied().collect();
         let mut parts = vec![vec![Vec::new(); widths.len()]; self.streams[stream].parts.len()];
         let Some(longest) = all.last() else { return Ok(parts) };
@@ -222,7 +217,7 @@ impl Recording {
         widths: &[Vec<u64>],
         role: Option<Role>,
         progress: &Progress<'_>,
-    ) -> Result<(NoiseOf, Heard), RecordingError> {
+    ) -> Result<(NoiseOf, Heard)> {
         let surveyed = &self.streams[stream];
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let longest = widths.iter().flatten().max().copied().unwrap_or_default();
@@ -269,7 +264,7 @@ impl Recording {
         noise: &NoiseOf,
         pieces: &[Piece],
         progress: &Progress<'_>,
-    ) -> Result<Heard, RecordingError> {
+    ) -> Result<Heard> {
         let (surveyed, detection) = (&self.streams[stream], &self.description.detection);
         let channels: Vec<&Channel> = self.description.streams[stream].channels().collect();
         let sensors = role.map_or(0, |_| self.description.streams[stream].sensors.len());

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::description::Channel;
-use crate::error::RecordingError;
+use crate::error::{RecordingError, Result};
 use crate::recording::Recording;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Rows, Samples};
@@ -27,7 +27,7 @@ pub(crate) type Watch<'a> = dyn Fn(u64, u64) -> bool + Sync + 'a;
 
 impl Progress<'_> {
     /// Adds samples that were read, and asks whether to stop.
-    pub(crate) fn add(&self, samples: u64) -> Result<(), RecordingError> {
+    pub(crate) fn add(&self, samples: u64) -> Result<()> {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         if (self.watch)(done, self.of) { Err(RecordingError::Interrupted) } else { Ok(()) }
     }
@@ -42,7 +42,7 @@ pub(crate) struct Piece {
 
 /// What is made of samples: their piece, the first new one, those with some before, and whether they are the last of the
 /// part. Returns whether more are wanted behind the piece.
-type Visit<'a> = dyn FnMut(&Piece, u64, &Rows<'_>, bool) -> Result<bool, RecordingError> + 'a;
+type Visit<'a> = dyn FnMut(&Piece, u64, &Rows<'_>, bool) -> Result<bool> + 'a;
 
 /// Reads ranges of samples of a stream, whose beginnings ascend in the parts of a file.
 pub(crate) struct Ranges<'a> {
@@ -63,7 +63,7 @@ impl<'a> Ranges<'a> {
     }
 
     /// Samples with a range of a part.
-    pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>, RecordingError> {
+    pub(crate) fn rows(&mut self, part: usize, samples: &Range<u64>) -> Result<Rows<'_>> {
         let kept = self.kept.len() as u64;
         let is_apart = part != self.part || samples.start >= self.first + kept;
         // Rarely, so that the rest is seldom moved.
@@ -81,7 +81,7 @@ impl<'a> Ranges<'a> {
     }
 
     /// Adds samples of the file of the part, which do not lie before those read last.
-    fn read(&mut self, samples: Range<u64>) -> Result<(), RecordingError> {
+    fn read(&mut self, samples: Range<u64>) -> Result<()> {
         let Ranges { recording, stream, channels, open, part, kept, .. } = self;
         let file = recording.streams[*stream].parts[*part].file;
         if open.as_ref().is_none_or(|(opened, ..)| *opened != file) {
@@ -124,7 +124,7 @@ impl Recording {
         pieces: &[Piece],
         progress: &Progress<'_>,
         visit: &mut Visit<'_>,
-    ) -> Result<(), RecordingError> {
+    ) -> Result<()> {
         let mut ranges = Ranges::new(self, stream, channels.to_vec());
         for piece in pieces {
             let samples = self.streams[stream].parts[piece.part].samples;
@@ -143,12 +143,7 @@ impl Recording {
         Ok(())
     }
 
-    fn samples(
-        &self,
-        stream: usize,
-        file: usize,
-        channels: &[&Channel],
-    ) -> Result<Box<dyn Samples>, RecordingError> {
+    fn samples(&self, stream: usize, file: usize, channels: &[&Channel]) -> Result<Box<dyn Samples>> {
         let (stream, surveyed) = (&self.description.streams[stream], &self.streams[stream]);
         let columns = channels.iter().map(|channel| channel.column.clone());
         match &stream.time {

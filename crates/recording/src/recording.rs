@@ -11,7 +11,7 @@ use asperity_record::{
 };
 
 use crate::description::{Channel, Description, Positive, Role, Stream};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, Result};
 use crate::estimates::{MOST_MEANS, Means};
 use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
@@ -95,7 +95,7 @@ impl Recording {
     ///
     /// # Errors
     /// If a file cannot be read, or what it says is not accepted.
-    pub fn open(description: Description) -> Result<Recording, RecordingError> {
+    pub fn open(description: Description) -> Result<Recording> {
         Recording::of_given(description, Given::new())
     }
 
@@ -103,10 +103,10 @@ impl Recording {
     ///
     /// # Errors
     /// As [`Recording::open`].
-    pub fn of_given(mut description: Description, given: Given) -> Result<Recording, RecordingError> {
+    pub fn of_given(mut description: Description, given: Given) -> Result<Recording> {
         let folder = Folder::of(&description.file, given);
         let surveyed = description.streams.iter_mut().map(|stream| survey(&folder, stream));
-        let streams = surveyed.collect::<Result<Vec<Surveyed>, RecordingError>>()?;
+        let streams = surveyed.collect::<Result<Vec<Surveyed>>>()?;
         let recording = Recording { description, folder, streams };
         let (step_s, last_s) = (recording.step_s(), recording.last_s());
         let first_s = recording.spans().map(|[first_s, _]| first_s).fold(f64::INFINITY, f64::min);
@@ -239,14 +239,14 @@ impl Recording {
     ///
     /// # Errors
     /// As that.
-    pub fn read(&self, watch: &Watch<'_>) -> Result<Detected, RecordingError> {
+    pub fn read(&self, watch: &Watch<'_>) -> Result<Detected> {
         let starts = self.description.streams.iter().filter_map(|stream| Some(&stream.starts.as_ref()?.file));
         let files = self.streams.iter().flat_map(|stream| &stream.files).chain(starts);
         let hashed = files.map(|named| (named.clone(), Arc::default())).collect();
         let hashed = self.folder.hashed.get_or_init(|| hashed);
         let found = self.detect(watch)?;
         let input = |named: &String| Ok((named.clone(), self.folder.input(named, &|| watch(1, 1))?));
-        let inputs = hashed.keys().map(input).collect::<Result<_, RecordingError>>()?;
+        let inputs = hashed.keys().map(input).collect::<Result<_>>()?;
         Ok(Detected { inputs, ..found })
     }
 
@@ -255,7 +255,7 @@ impl Recording {
     ///
     /// # Errors
     /// If a file cannot be read, or holds something other than finite numbers, or it is stopped.
-    pub fn detect(&self, watch: &Watch<'_>) -> Result<Detected, RecordingError> {
+    pub fn detect(&self, watch: &Watch<'_>) -> Result<Detected> {
         let Description { contacts, forces, detection, .. } = &self.description;
         let passes =
             |n: usize| 1 + u64::from([contacts, forces].contains(&&Some(n))) + u64::from(*forces == Some(n));
@@ -385,7 +385,7 @@ impl Recording {
         stream: usize,
         noise: &[&[OfPart]],
         progress: &Progress<'_>,
-    ) -> Result<(Forces<'_>, Vec<Means>), RecordingError> {
+    ) -> Result<(Forces<'_>, Vec<Means>)> {
         let (parts, detection) = (&self.streams[stream].parts, &self.description.detection);
         let (channels, places) = self.force_channels(stream);
         let (scale, normal_force_n) = (channels[0].scale, self.description.slider.normal_force_n);
@@ -440,12 +440,7 @@ impl Recording {
     }
 
     /// The loads of all records.
-    fn loads(
-        &self,
-        stream: usize,
-        forces: &Forces<'_>,
-        timeline: &Timeline,
-    ) -> Result<Vec<Loads>, RecordingError> {
+    fn loads(&self, stream: usize, forces: &Forces<'_>, timeline: &Timeline) -> Result<Vec<Loads>> {
         let free: Vec<Vec<Range<u64>>> = (0..forces.parts.len()).map(|part| forces.free(part)).collect();
         let near = |(_, time_s, side)| (forces.near(time_s, side, &free), time_s, side);
         let mut wanted: Vec<_> = timeline.all().map(near).enumerate().collect();

@@ -1,6 +1,6 @@
 //! Samples at equal intervals, by linear interpolation between those that are not.
 
-use crate::error::RecordingError;
+use crate::error::Result;
 use crate::samples::{Block, Samples};
 
 /// Samples whose first row is their time.
@@ -29,13 +29,13 @@ impl Resampled {
     }
 
     /// Reads on; false at the end.
-    fn more(&mut self, most: usize) -> Result<bool, RecordingError> {
+    fn more(&mut self, most: usize) -> Result<bool> {
         Ok(self.samples.next(most, &mut self.read)? > 0)
     }
 }
 
 impl Samples for Resampled {
-    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
+    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize> {
         if self.first.is_none() {
             self.more(most)?;
             self.first = self.read.row(0, 0).next();

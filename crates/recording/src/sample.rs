@@ -13,7 +13,7 @@ use asperity_record::{Direction, Observer, Record, Rupture, WindowRecord};
 use toml::{Table, Value};
 
 use crate::description::{Channel, Description, Role};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, RecordingError, Result};
 use crate::input::{Folder, Given};
 use crate::npy;
 use crate::recording::WINDOW;
@@ -80,7 +80,7 @@ impl<'a> Sampler<'a> {
         ruptures: &[Rupture],
         noise: &[(Role, f64)],
         seed: u32,
-    ) -> Result<Sampler<'a>, RecordingError> {
+    ) -> Result<Sampler<'a>> {
         let plan = Plan::new(scenario);
         let refused = |problem: String, accepted| -> RecordingError {
             InputFault::new(&like.file, "", problem, accepted).into()

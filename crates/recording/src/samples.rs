@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::description::Channel;
-use crate::error::RecordingError;
+use crate::error::Result;
 use crate::survey::BLOCK;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
@@ -130,13 +130,13 @@ pub(crate) trait Samples {
     ///
     /// # Errors
     /// If the source cannot be read, or holds something other than numbers.
-    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError>;
+    fn next(&mut self, most: usize, block: &mut Block) -> Result<usize>;
 
     /// Passes over so many samples, for which it may use room behind those of the block. Returns as [`Samples::next`] does.
     ///
     /// # Errors
     /// As that.
-    fn skip(&mut self, most: usize, block: &mut Block) -> Result<usize, RecordingError> {
+    fn skip(&mut self, most: usize, block: &mut Block) -> Result<usize> {
         let (before, mut passed) = (block.len(), 0);
         while let count @ 1.. = self.next(BLOCK.min(most - passed), block)? {
             block.resize(before);

@@ -9,7 +9,7 @@ use asperity_files::Spool;
 use asperity_record::{Record, SignalRecord, TraceRecord};
 
 use crate::description::Description;
-use crate::error::RecordingError;
+use crate::error::{RecordingError, Result};
 use crate::pass::Ranges;
 use crate::recording::{Detected, Recording};
 use crate::survey::{BLOCK, Part};
@@ -43,7 +43,7 @@ impl Signals {
 }
 
 /// Records in order of their steps.
-type Records<'a> = Box<dyn Iterator<Item = Result<Record, RecordingError>> + 'a>;
+type Records<'a> = Box<dyn Iterator<Item = Result<Record>> + 'a>;
 
 impl Recording {
     /// What all channels of a stream read, block by block.
@@ -85,7 +85,7 @@ impl Recording {
         &'a self,
         found: &'a mut Detected,
         stop: &'a dyn Fn() -> bool,
-    ) -> impl Iterator<Item = Result<Record, RecordingError>> {
+    ) -> impl Iterator<Item = Result<Record>> {
         let ruptures = self.ruptures(found);
         let (timeline, loads, normal_load_n) = (&found.timeline, &found.loads, self.normal_load_n());
         let mut sources: Vec<Records<'a>> = vec![
@@ -108,7 +108,7 @@ impl Recording {
                 return Some(Err(RecordingError::Interrupted));
             }
             // The earliest, the first of equals; a failure at once.
-            let step = |next: &Result<Record, RecordingError>| next.as_ref().map_or(0, Record::step);
+            let step = |next: &Result<Record>| next.as_ref().map_or(0, Record::step);
             let first = sources.iter_mut().enumerate();
             let (_, n) = first.filter_map(|(n, source)| Some((step(source.peek()?), n))).min()?;
             sources[n].next()
@@ -121,7 +121,7 @@ impl Recording {
         stream: usize,
         window: u64,
         ruptures: &[Slipped],
-    ) -> impl Iterator<Item = Result<Record, RecordingError>> + use<'a> {
+    ) -> impl Iterator<Item = Result<Record>> + use<'a> {
         let (surveyed, grid) = (&self.streams[stream], self.time_grid());
         let sensors = &self.description.streams[stream].sensors;
         let most = (MOST_VALUES / sensors.len()).clamp(1, SignalRecord::MOST_SAMPLES as usize);

@@ -3,7 +3,7 @@
 use asperity_record::{SignalRecord, median};
 
 use crate::description::{Gaps, Stream, Time};
-use crate::error::{InputFault, RecordingError};
+use crate::error::{InputFault, RecordingError, Result};
 use crate::input::Folder;
 use crate::resample::Resampled;
 use crate::samples::{Block, Column, Samples};
@@ -90,7 +90,7 @@ pub(crate) struct Surveyed {
 }
 
 /// Finds the parts of a stream, and checks its times and units.
-pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, RecordingError> {
+pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed> {
     let files = folder.files(stream)?;
     let columns: Vec<Column> = stream.channels().map(|channel| channel.column.clone()).collect();
     let opened = folder.open(stream, &files[0], &columns)?;
@@ -132,7 +132,7 @@ pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed, R
                     _ => Err(fault("too many gaps", "100000 parts").into()),
                 }
             };
-            let parts: Result<Vec<_>, RecordingError> = starts_s.into_iter().enumerate().map(part).collect();
+            let parts: Result<Vec<_>> = starts_s.into_iter().enumerate().map(part).collect();
             (parts?.concat(), interval_s)
         }
     };
@@ -156,7 +156,7 @@ fn complete(
     channels: usize,
     stream: &Stream,
     begun: impl Fn(u64, u64, u64) -> Part,
-) -> Result<Vec<Part>, RecordingError> {
+) -> Result<Vec<Part>> {
     let (mut parts, mut at, mut missing, mut block) = (Vec::<Part>::new(), 0, 0, Block::new(channels));
     if stream.missing.is_none() {
         let all = samples.skip(usize::MAX, &mut block)? as u64;
@@ -182,12 +182,7 @@ fn is_complete(sample: &[f64]) -> bool {
 }
 
 /// The parts of a file with a column of times, and the interval of its samples, s.
-fn times(
-    folder: &Folder,
-    stream: &Stream,
-    named: &str,
-    time: &Time,
-) -> Result<(Vec<Part>, f64), RecordingError> {
+fn times(folder: &Folder, stream: &Stream, named: &str, time: &Time) -> Result<(Vec<Part>, f64)> {
     // What is missing in one column is a gap of all.
     let others = stream.missing.iter().flat_map(|_| stream.channels()).map(|channel| channel.column.clone());
     let columns: Vec<Column> = [time.column.clone()].into_iter().chain(others).collect();

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use multiversion::multiversion;
 use serde::Deserialize;
 
-use crate::description::{Axis, Stream};
+use crate::description::{Axis, Column, Stream};
 use crate::error::{InputFault, Result};
-use crate::samples::{Block, Column, LANES, Samples};
+use crate::samples::{Block, LANES, Samples};
 
 /// Most bytes of arrays of a file that cannot be read piece by piece.
 pub(crate) const MOST_IN_MEMORY: u64 = 1 << 30;
@@ -251,16 +251,14 @@ impl Samples for Arrays {
         let read = &mut block.numbers()[before * apart..];
         let mut place = 0;
         for (grid, channels) in self.grids.iter_mut().filter(|_| count > 0) {
-            (grid.read)(self.next..self.next + count, channels, &mut read[place..], apart).map_err(
-                |error| {
-                    let problem = match error.kind() {
-                        io::ErrorKind::UnexpectedEof => "it ends here".to_owned(),
-                        _ => error.to_string(),
-                    };
-                    let accepted = "a sound file that does not change while it is read";
-                    InputFault::new(&self.path, format!(": sample {}", self.next), problem, accepted)
-                },
-            )?;
+            let fault = |error: io::Error| {
+                let ends = error.kind() == io::ErrorKind::UnexpectedEof;
+                let problem = if ends { "it ends here".to_owned() } else { error.to_string() };
+                let accepted = "a sound file that does not change while it is read";
+                InputFault::new(&self.path, format!(": sample {}", self.next), problem, accepted)
+            };
+            let samples = self.next..self.next + count;
+            (grid.read)(samples, channels, &mut read[place..], apart).map_err(fault)?;
             place += channels.len();
         }
         if self.are_judged

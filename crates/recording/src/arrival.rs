@@ -56,15 +56,12 @@ fn by_information(rows: &Rows<'_>, channel: usize, ramp: &Ramp, width: u64) -> f
     }
     let first = (middle + width).min(rows.end()) - count as u64;
     let mean = samples.iter().sum::<f64>() / count as f64;
-    let mut last = [0.0; 2];
-    let sums: Vec<[f64; 2]> = samples
-        .iter()
-        .map(|sample| {
-            let off = sample - mean;
-            last = [last[0] + off, last[1] + off * off];
-            last
-        })
-        .collect();
+    let add = |sums: &mut [f64; 2], sample: &f64| {
+        let off = sample - mean;
+        *sums = [sums[0] + off, sums[1] + off * off];
+        Some(*sums)
+    };
+    let sums: Vec<[f64; 2]> = samples.iter().scan([0.0; 2], add).collect();
     // Of samples that are all equal not minus infinity, which would end the search.
     let logarithm = |[sum, squares]: [f64; 2], count: f64| {
         (squares / count - (sum / count).powi(2)).max(f64::MIN_POSITIVE).ln()

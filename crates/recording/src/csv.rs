@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use asperity_files::ShortLines;
 use csv::{ByteRecord, ReaderBuilder};
 
-use crate::description::Stream;
+use crate::description::{Column, Stream};
 use crate::error::{InputFault, RecordingError, Result};
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Samples};
 
 /// Of these the first that a heading contains separates its cells, if no other is given.
 const DELIMITERS: [u8; 3] = [b'\t', b';', b','];

@@ -14,7 +14,6 @@ use toml::{Spanned, Value};
 
 use crate::array::Numbers;
 use crate::error::{RecordingError, Result};
-use crate::samples::Column;
 use crate::unit::{Quantity, Unit};
 
 /// A description with every key.
@@ -284,6 +283,25 @@ pub(crate) struct Detection {
     pub(crate) link_time_ratio: LinkTimeRatio,
     /// Whether the log has the samples about each rupture; by default it has.
     pub(crate) traces: Option<bool>,
+}
+
+/// A channel of a source: by name, or by number from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "Value")]
+pub(crate) enum Column {
+    /// By its name in a heading.
+    Name(String),
+    /// By its number, from 1.
+    Number(u64),
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Column::Name(name) => write!(f, "{name}"),
+            Column::Number(number) => write!(f, "{number}"),
+        }
+    }
 }
 
 impl TryFrom<Value> for Column {

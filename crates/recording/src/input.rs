@@ -11,9 +11,9 @@ use zip::ZipArchive;
 
 use crate::array::{Arrays, MOST_IN_MEMORY, Opened, Problem, Source, stored};
 use crate::csv::Csv;
-use crate::description::{Axis, Kind, Stream, Time};
+use crate::description::{Axis, Column, Kind, Stream, Time};
 use crate::error::{InputFault, RecordingError, Result};
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Samples};
 use crate::{hdf5, matlab, npy, tdms};
 
 /// Most segments of a stream.

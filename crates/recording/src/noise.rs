@@ -16,7 +16,7 @@ use crate::pass::{PIECE, Piece, Progress, Ranges};
 use crate::pick::{self, Finders, Search};
 use crate::ramp::Ramp;
 use crate::recording::{Recording, SHORTEST_PART, Told};
-use crate::samples::{LANES, Rows};
+use crate::samples::{LANES, Lanes, Rows};
 use crate::signals::Signals;
 use crate::steps::SensorStep;
 use crate::survey::Part;
@@ -129,7 +129,7 @@ fn extremes(noise: &[OfPart]) -> Extremes {
 }
 
 /// Adds the samples from one on of channels that lie side by side. Returns the least, the sum and the largest of them.
-fn extend(extremes: &mut [Extremes], rows: &Rows<'_>, group: usize, first: u64) -> [[f64; LANES]; 3] {
+fn extend(extremes: &mut [Extremes], rows: &Rows<'_>, group: usize, first: u64) -> [Lanes; 3] {
     let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
     let [least, sum, most] = reduce(lanes(first));
     for (n, extremes) in extremes.iter_mut().enumerate() {
@@ -147,7 +147,7 @@ fn extend(extremes: &mut [Extremes], rows: &Rows<'_>, group: usize, first: u64) 
 
 /// Least, sum and largest of samples.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn reduce<'a>(mut samples: impl Iterator<Item = &'a [f64; LANES]>) -> [[f64; LANES]; 3] {
+fn reduce<'a>(mut samples: impl Iterator<Item = &'a Lanes>) -> [Lanes; 3] {
     let (mut least, mut sum, mut most) = ([f64::INFINITY; LANES], [0.0; LANES], [f64::NEG_INFINITY; LANES]);
     // By pairs, so that half as many wait for the one before.
     while let Some(a) = samples.next() {
@@ -175,8 +175,7 @@ impl Recording {
         for (part, Part { samples, .. }) in self.streams[stream].parts.iter().enumerate() {
             let samples = *samples;
             let of_group = |_: &[_]| all.iter().map(|width| (Window::new(*width, 0), Vec::new())).collect();
-            let mut groups: Vec<Vec<(Window, Vec<[f64; LANES]>)>> =
-                widths.chunks(LANES).map(of_group).collect();
+            let mut groups: Vec<Vec<(Window, Vec<Lanes>)>> = widths.chunks(LANES).map(of_group).collect();
             let mut quanta = vec![f64::INFINITY; widths.len()];
             for block in 0..BLOCKS {
                 let due: Vec<Range<u64>> = all.iter().map(|width| counted(samples, *width, block)).collect();

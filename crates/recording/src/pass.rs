@@ -3,11 +3,11 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::description::Channel;
+use crate::description::{Channel, Column};
 use crate::error::{RecordingError, Result};
 use crate::recording::Recording;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, Rows, Samples};
+use crate::samples::{Block, Rows, Samples};
 use crate::survey::BLOCK;
 use crate::window::SUMMED;
 

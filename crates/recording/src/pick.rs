@@ -6,7 +6,7 @@ use std::mem;
 use crate::noise::OfPart;
 use crate::pass::Piece;
 use crate::ramp::Ramp;
-use crate::samples::{LANES, Rows};
+use crate::samples::{LANES, Lanes, Rows};
 use crate::window::Window;
 
 /// A candidate ends before so many windows behind its first index.
@@ -97,7 +97,7 @@ impl Finder {
 pub(crate) struct Finders {
     window: Window,
     of: Vec<Finder>,
-    steps: Vec<[f64; LANES]>,
+    steps: Vec<Lanes>,
 }
 
 impl Finders {

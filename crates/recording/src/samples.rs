@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
-use serde::Deserialize;
-
 use crate::description::Channel;
 use crate::error::Result;
 use crate::survey::BLOCK;
 
 /// Channels that lie side by side and are gone through together: as many numbers as the widest vector of a processor has.
 pub(crate) const LANES: usize = 8;
+
+/// A sample of channels that lie side by side.
+pub(crate) type Lanes = [f64; LANES];
 
 /// The next samples of some channels: one sample of all channels, then the next one. Behind the last channel lanes are
 /// filled with zeros.
@@ -55,7 +56,7 @@ impl Block {
         let numbers = samples * self.stride();
         if numbers > self.numbers.len() - self.from {
             let mut room = vec![0.0; numbers.next_power_of_two() + LANES];
-            let from = room.as_ptr().align_offset(size_of::<[f64; LANES]>()).min(LANES);
+            let from = room.as_ptr().align_offset(size_of::<Lanes>()).min(LANES);
             room[from..][..self.samples * self.stride()].copy_from_slice(self.numbers());
             (self.numbers, self.from) = (room, from);
         }
@@ -81,11 +82,7 @@ impl Block {
     }
 
     /// A group of channels from a sample on.
-    pub(crate) fn lanes(
-        &self,
-        group: usize,
-        from: usize,
-    ) -> impl ExactSizeIterator<Item = &[f64; LANES]> + Clone {
+    pub(crate) fn lanes(&self, group: usize, from: usize) -> impl ExactSizeIterator<Item = &Lanes> + Clone {
         let lanes = self.numbers[self.from..].as_chunks().0;
         let samples = from * self.groups()..self.samples * self.groups();
         lanes[samples].chunks_exact(self.groups()).map(move |lanes| &lanes[group])
@@ -153,24 +150,5 @@ pub(crate) trait Samples {
     /// The unit of a channel, from 0, if the source itself states it, and where.
     fn unit(&self, _channel: usize) -> Option<(String, String)> {
         None
-    }
-}
-
-/// A channel of a source: by name, or by number from 1.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "toml::Value")]
-pub(crate) enum Column {
-    /// By its name in a heading.
-    Name(String),
-    /// By its number, from 1.
-    Number(u64),
-}
-
-impl std::fmt::Display for Column {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Column::Name(name) => write!(f, "{name}"),
-            Column::Number(number) => write!(f, "{number}"),
-        }
     }
 }

@@ -2,11 +2,11 @@
 
 use asperity_record::{SignalRecord, median};
 
-use crate::description::{Gaps, Stream, Time};
+use crate::description::{Column, Gaps, Stream, Time};
 use crate::error::{InputFault, RecordingError, Result};
 use crate::input::Folder;
 use crate::resample::Resampled;
-use crate::samples::{Block, Column, Samples};
+use crate::samples::{Block, Samples};
 use crate::unit::{Quantity, Unit};
 
 /// Samples that are read at once: of whole messages of `/signal`.

@@ -9,7 +9,7 @@ use std::ops::Range;
 use asperity_record::median_and_scatter;
 use multiversion::multiversion;
 
-use crate::samples::{LANES, Rows};
+use crate::samples::{LANES, Lanes, Rows};
 
 /// Sums start anew at multiples of this, so that they do not depend on how samples were read, and rounding errors do
 /// not grow.
@@ -26,9 +26,9 @@ pub(crate) struct Window {
     pub(crate) width: u64,
     pub(crate) next: u64,
     /// Over both windows of the last step that was made.
-    sums: [[f64; LANES]; 2],
+    sums: [Lanes; 2],
     /// The least and the largest of the steps that were made last.
-    pub(crate) extremes: [[f64; LANES]; 2],
+    pub(crate) extremes: [Lanes; 2],
 }
 
 impl Window {
@@ -38,13 +38,7 @@ impl Window {
     }
 
     /// Adds the steps of a range of indices, which is not behind, to values.
-    pub(crate) fn take(
-        &mut self,
-        rows: &Rows<'_>,
-        group: usize,
-        of: &Range<u64>,
-        values: &mut Vec<[f64; LANES]>,
-    ) {
+    pub(crate) fn take(&mut self, rows: &Rows<'_>, group: usize, of: &Range<u64>, values: &mut Vec<Lanes>) {
         self.next = self.next.max(of.start / SUMMED * SUMMED);
         let mut steps = Vec::new();
         while self.next < of.end {
@@ -60,7 +54,7 @@ impl Window {
         rows: &Rows<'_>,
         group: usize,
         until: u64,
-        steps: &mut Vec<[f64; LANES]>,
+        steps: &mut Vec<Lanes>,
     ) -> Option<u64> {
         let (w, first) = (self.width, self.next);
         let until = until.min((rows.end() + 1).saturating_sub(w));
@@ -74,7 +68,7 @@ impl Window {
         self.extremes = [[f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]];
         let lanes = |from: u64| rows.block.lanes(group, (from - rows.first) as usize);
         if restarts {
-            let sum = |sums: [f64; LANES], lanes: &[f64; LANES]| from_fn(|n| sums[n] + lanes[n]);
+            let sum = |sums: Lanes, lanes: &Lanes| from_fn(|n| sums[n] + lanes[n]);
             self.sums = [first - w, first].map(|from| lanes(from).take(w as usize).fold([-0.0; LANES], sum));
             steps[0] = from_fn(|n| self.sums[1][n] / w as f64 - self.sums[0][n] / w as f64);
             self.extremes = [steps[0]; 2];
@@ -92,11 +86,11 @@ const MOST_STEPS: u64 = 256;
 /// Makes the steps of sums that go on: what leaves the first, crosses from the second to it, and comes.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn slide<'a>(
-    [leaving, crossing, coming]: [impl Iterator<Item = &'a [f64; LANES]>; 3],
-    sums: &mut [[f64; LANES]; 2],
-    steps: &mut [[f64; LANES]],
+    [leaving, crossing, coming]: [impl Iterator<Item = &'a Lanes>; 3],
+    sums: &mut [Lanes; 2],
+    steps: &mut [Lanes],
     w: u64,
-    extremes: &mut [[f64; LANES]; 2],
+    extremes: &mut [Lanes; 2],
 ) {
     let [mut least, mut most] = *extremes;
     let (width, share) = (w as f64, 1.0 / w as f64);
@@ -170,7 +164,7 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Window, counted};
-    use crate::samples::{Block, LANES, Rows};
+    use crate::samples::{Block, LANES, Lanes, Rows};
 
     /// Passes samples on in pieces, with those of two windows before.
     fn pass(samples: &[f64], width: u64, each: usize, visit: &mut dyn FnMut(&Rows<'_>)) {
@@ -218,8 +212,7 @@ mod tests {
         assert_eq!(values.len(), 256 * 512);
         for block in [0, 1, 100, 255] {
             let first = block * (all.len() - 512) / 255;
-            let due: Vec<[f64; LANES]> =
-                all[first..first + 512].iter().map(|(_, step)| [*step; LANES]).collect();
+            let due: Vec<Lanes> = all[first..first + 512].iter().map(|(_, step)| [*step; LANES]).collect();
             assert!(values[block * 512..][..512] == due, "{block}");
         }
     }

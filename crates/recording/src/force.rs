@@ -54,6 +54,9 @@ pub(crate) struct Loads {
     pub(crate) ratio_error: Option<f64>,
 }
 
+/// A part, and samples of it.
+type Near = (usize, Range<u64>);
+
 /// Which samples tell the loads at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
@@ -171,8 +174,8 @@ impl Forces<'_> {
         free.filter(|free| !free.is_empty()).collect()
     }
 
-    /// The part, and the samples of it, that tell the loads at a time, given what is free in each.
-    pub(crate) fn near(&self, time_s: f64, side: Side, free: &[Vec<Range<u64>>]) -> (usize, Range<u64>) {
+    /// What tells the loads at a time, given what is free in each part.
+    pub(crate) fn near(&self, time_s: f64, side: Side, free: &[Vec<Range<u64>>]) -> Near {
         let off = |part: &Part| (part.first_s() - time_s).max(time_s - part.last_s()).max(0.0);
         let nearest = self.parts.iter().enumerate().min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
         let (part, of) = nearest.expect("a stream has a part");
@@ -195,16 +198,10 @@ impl Forces<'_> {
         (part, samples)
     }
 
-    /// The loads at a time by samples of a part.
-    pub(crate) fn loads(
-        &self,
-        time_s: f64,
-        side: Side,
-        part: usize,
-        samples: &Range<u64>,
-        rows: &Rows<'_>,
-    ) -> Loads {
-        let place = self.parts[part].sample_at(time_s);
+    /// The loads at a time by the samples that tell them.
+    pub(crate) fn loads(&self, time_s: f64, side: Side, near: &Near, rows: &Rows<'_>) -> Loads {
+        let (part, samples) = near;
+        let place = self.parts[*part].sample_at(time_s);
         let at = |which: usize| {
             let values = self.quantity(which, rows, samples)?;
             Some(match line(samples.start, &values) {

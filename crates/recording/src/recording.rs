@@ -15,11 +15,11 @@ use crate::error::{InputFault, Result};
 use crate::estimates::{MOST_MEANS, Means};
 use crate::force::{BEHIND, Forces, Loads};
 use crate::input::{Folder, Given, Input};
-use crate::noise::OfPart;
+use crate::noise::{Heard, OfPart};
 use crate::pass::{Progress, Ranges, Watch};
 use crate::pick::{Finders, Search};
 use crate::signals::Signals;
-use crate::steps::{SensorStep, Timeline};
+use crate::steps::Timeline;
 use crate::survey::{Surveyed, survey};
 
 /// Steps of the log per sample of the fastest stream.
@@ -278,14 +278,14 @@ impl Recording {
                 _ => Vec::new(),
             });
             let (noise_of, heard) = self.listen(stream, &widths.collect::<Vec<_>>(), role, &progress)?;
-            signals.push(heard.signals);
             if let Some(role) = role {
                 let all = (0..noise_of.len()).flat_map(|part| (0..of.sensors.len()).map(move |n| (part, n)));
                 let noise = all.map(|(part, n)| (part, n, noise_of[part][n][0]));
                 self.report(stream, &noise.collect::<Vec<_>>(), &mut told);
-                self.warn(stream, role, window, &heard.steps, heard.others, &mut told.1);
+                self.warn(stream, role, window, &heard, &mut told.1);
                 steps = heard.steps;
             }
+            signals.push(heard.signals);
             if let Some(n) = of.channel.iter().position(|channel| channel.role == Role::TangentialForce) {
                 let n = of.sensors.len() + n;
                 let noise: Vec<&[OfPart]> = noise_of.iter().map(|of| &of[n][..]).collect();
@@ -313,22 +313,14 @@ impl Recording {
     }
 
     /// Warns of what makes steps of an array doubtful, and how many had the other sign.
-    fn warn(
-        &self,
-        stream: usize,
-        role: Role,
-        window: u64,
-        steps: &[SensorStep],
-        others: u64,
-        warnings: &mut Vec<InputFault>,
-    ) {
+    fn warn(&self, stream: usize, role: Role, window: u64, heard: &Heard, warnings: &mut Vec<InputFault>) {
         /// Steps of both neighbours without which one may be dead.
         const MANY: u64 = 20;
         let (sensors, scales) = (&self.description.streams[stream].sensors, self.scales());
         let interval_s = self.streams[stream].interval_s;
         let (window_s, link_s, wave_s) = (window as f64 * interval_s, scales.link_s(), scales.block_time_s);
         let mut counts = vec![0; sensors.len()];
-        steps.iter().for_each(|step| counts[step.sensor as usize - 1] += 1);
+        heard.steps.iter().for_each(|step| counts[step.sensor as usize - 1] += 1);
         let mut warn = |n: usize, problem: String, accepted: &'static str| {
             warnings.push(self.fault(stream, 0, &sensors[n], None, problem, accepted));
         };
@@ -338,7 +330,7 @@ impl Recording {
                 warn(n + 1, problem, "a sensor that works; else name it in dead");
             }
         }
-        let all = steps.len() as u64;
+        let (all, others) = (heard.steps.len() as u64, heard.others);
         if matches!(role, Role::ShearForce | Role::ShearStrain) && all > 0 && others >= all {
             let problem = format!("{others} steps of the other sign, beside {all} that fall");
             warn(0, problem, "extents by slip or area, not by shear");
@@ -447,8 +439,8 @@ impl Recording {
         wanted.sort_by_key(|(n, ((part, samples), ..))| (*part, samples.start, *n));
         let mut ranges = Ranges::new(self, stream, forces.channels.clone());
         let mut loads = vec![Loads::default(); wanted.len()];
-        for (n, ((part, samples), time_s, side)) in wanted {
-            loads[n] = forces.loads(time_s, side, part, &samples, &ranges.rows(part, &samples)?);
+        for (n, (near, time_s, side)) in wanted {
+            loads[n] = forces.loads(time_s, side, &near, &ranges.rows(near.0, &near.1)?);
         }
         Ok(loads)
     }

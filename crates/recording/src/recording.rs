@@ -109,8 +109,8 @@ impl Recording {
         let streams = surveyed.collect::<Result<Vec<Surveyed>>>()?;
         let recording = Recording { description, folder, streams };
         let (step_s, last_s) = (recording.step_s(), recording.last_s());
-        let first_s = recording.spans().map(|[first_s, _]| first_s).fold(f64::INFINITY, f64::min);
         let Description { file, streams, sample_s, contacts, forces, .. } = &recording.description;
+        let first_s = (0..streams.len()).map(|n| recording.span(n)[0]).fold(f64::INFINITY, f64::min);
         let overlap = streams.iter().enumerate().find_map(|(n, stream)| {
             let mut pairs = recording.streams[n].parts.windows(2);
             let pair = pairs.find(|pair| pair[1].first_s() <= pair[0].last_s())?;
@@ -142,18 +142,14 @@ impl Recording {
         [parts[0].first_s(), parts[parts.len() - 1].last_s()]
     }
 
-    fn spans(&self) -> impl Iterator<Item = [f64; 2]> {
-        (0..self.streams.len()).map(|stream| self.span(stream))
-    }
-
     /// Lines about the streams, for people.
     pub fn in_words(&self) -> Vec<String> {
         let line = |(stream, surveyed): (&Stream, &Surveyed)| {
-            let samples: u64 = surveyed.parts.iter().map(|part| part.samples).sum();
             format!(
-                "{}: {} of {samples} samples at {} Hz, {} and {}",
+                "{}: {} of {} samples at {} Hz, {} and {}",
                 stream.name(),
                 asperity_record::counted(surveyed.parts.len() as u64, "part"),
+                surveyed.samples(),
                 asperity_record::short(1.0 / surveyed.interval_s),
                 asperity_record::counted(stream.sensors.len() as u64, "sensor"),
                 asperity_record::counted(stream.channel.len() as u64, "channel"),
@@ -218,7 +214,7 @@ impl Recording {
     }
 
     fn last_s(&self) -> f64 {
-        self.spans().map(|[_, last_s]| last_s).fold(0.0, f64::max)
+        (0..self.streams.len()).map(|n| self.span(n)[1]).fold(0.0, f64::max)
     }
 
     /// Length of a step of the log.
@@ -257,11 +253,9 @@ impl Recording {
     /// If a file cannot be read, or holds something other than finite numbers, or it is stopped.
     pub fn detect(&self, watch: &Watch<'_>) -> Result<Detected> {
         let Description { contacts, forces, detection, .. } = &self.description;
-        let passes =
-            |n: usize| 1 + u64::from([contacts, forces].contains(&&Some(n))) + u64::from(*forces == Some(n));
-        let samples =
-            |(n, of): (usize, &Surveyed)| passes(n) * of.parts.iter().map(|part| part.samples).sum::<u64>();
-        let of = self.streams.iter().enumerate().map(samples).sum();
+        let is = |stream: &Option<usize>, n| u64::from(*stream == Some(n));
+        let passes = |n| 1 + is(contacts, n).max(is(forces, n)) + is(forces, n);
+        let of = self.streams.iter().enumerate().map(|(n, of)| passes(n) * of.samples()).sum();
         let progress = Progress { watch, done: AtomicU64::new(0), of };
         let window = match (detection.window_s, contacts) {
             (Some(window_s), Some(stream)) => width(window_s, &self.streams[*stream]),
@@ -401,8 +395,8 @@ impl Recording {
         };
         let mut tried: Vec<Forces<'_>> = (0..noise[0].len()).map(by_width).collect();
         let longest = tried.iter().map(|forces| forces.searches[0].noise.width).max().unwrap_or_default();
-        let samples: u64 = parts.iter().map(|part| part.samples).sum();
-        let (each, mut means, mut count) = (samples.div_ceil(MOST_MEANS).max(1), Vec::<Means>::new(), 0_u64);
+        let each = self.streams[stream].samples().div_ceil(MOST_MEANS).max(1);
+        let (mut means, mut count) = (Vec::<Means>::new(), 0_u64);
         let before = BEHIND * longest;
         self.pass(stream, &channels, before, &pieces, progress, &mut |piece, first, rows, is_last| {
             let part = piece.part;

@@ -27,17 +27,12 @@ impl Resampled {
     pub(crate) fn new(samples: Box<dyn Samples>, rows: usize, interval: f64) -> Resampled {
         Resampled { samples, interval, read: Block::new(rows + 1), first: None, next: 0 }
     }
-
-    /// Reads on; false at the end.
-    fn more(&mut self, most: usize) -> Result<bool> {
-        Ok(self.samples.next(most, &mut self.read)? > 0)
-    }
 }
 
 impl Samples for Resampled {
     fn next(&mut self, most: usize, block: &mut Block) -> Result<usize> {
         if self.first.is_none() {
-            self.more(most)?;
+            self.samples.next(most, &mut self.read)?;
             self.first = self.read.row(0, 0).next();
         }
         let Some(first) = self.first else { return Ok(0) };
@@ -46,7 +41,7 @@ impl Samples for Resampled {
             let time = first + self.next as f64 * self.interval;
             loop {
                 behind += self.read.row(0, behind).take_while(|known| *known < time).count();
-                if behind < self.read.len() || !self.more(most)? {
+                if behind < self.read.len() || self.samples.next(most, &mut self.read)? == 0 {
                     break;
                 }
             }

@@ -89,6 +89,13 @@ pub(crate) struct Surveyed {
     pub(crate) interval_s: f64,
 }
 
+impl Surveyed {
+    /// In all parts.
+    pub(crate) fn samples(&self) -> u64 {
+        self.parts.iter().map(|part| part.samples).sum()
+    }
+}
+
 /// Finds the parts of a stream, and checks its times and units.
 pub(crate) fn survey(folder: &Folder, stream: &mut Stream) -> Result<Surveyed> {
     let files = folder.files(stream)?;

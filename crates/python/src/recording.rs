@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyMemoryView, PySlice, PyTuple};
 
 use crate::attend::{Callbacks, attend};
-use crate::errors::{failed, refused};
+use crate::errors::{error, failed, refused};
 use crate::run::{Run, absolute, open_with};
 
 /// The bytes of an array behind those of a header, read where they are, a block at a time. The interpreter waits
@@ -114,31 +114,25 @@ pub(crate) fn recording(
     let name = description.name.clone();
     let callbacks = Callbacks::new(py, &name, progress, stop, THOUSANDTHS)?;
     let written = attend(py, &callbacks, |watch| {
-        let recording = Recording::of_given(description, given)?;
-        let mut found = recording.read(&|done, of| {
+        let recording = Recording::of_given(description, given).map_err(StreamError::Source)?;
+        let found = recording.read(&|done, of| {
             watch.done.store(done * THOUSANDTHS / of.max(1), Ordering::Relaxed);
             watch.is_stopped()
-        })?;
+        });
+        let mut found = found.map_err(StreamError::Source)?;
         let recorded = recording.recorded(&mut found);
         let warnings: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
         let stop = || watch.is_stopped();
         let records = recording.records(&mut found, &stop);
-        Ok::<_, RecordingError>((write_recording(recorded, &log, Existing::Refuse, records), warnings))
+        write_recording(recorded, &log, Existing::Refuse, records).map(|_| warnings)
     })?;
-    let (written, warnings) = written.map_err(of_recording)?;
-    written.map_err(|error| match error {
-        StreamError::Source(error) => of_recording(error),
-        error => failed(error),
+    let warnings = written.map_err(|why| match why {
+        StreamError::Source(RecordingError::Interrupted) => error("Interrupted", "no log was written"),
+        StreamError::Source(why) => refused(why.to_string()),
+        why => failed(why),
     })?;
     for warning in warnings {
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(warning)?, 1)?;
     }
     open_with(py, log, Vec::new())
-}
-
-fn of_recording(error: RecordingError) -> PyErr {
-    match error {
-        RecordingError::Interrupted => crate::errors::error("Interrupted", "no log was written"),
-        error => refused(error.to_string()),
-    }
 }

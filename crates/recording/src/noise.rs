@@ -228,9 +228,9 @@ impl Recording {
         }
         let mut noise = self.scatters(stream, widths, progress)?;
         let of = &self.description.streams[stream];
-        // Those that can be sought in are gone through on all processors.
-        let is_sought = of.rate_hz.is_some() && matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
-        let (most, together) = if is_sought { (PIECE, 1) } else { (u64::MAX, usize::MAX) };
+        // Where samples lie at known places of a file, all processors go through them.
+        let is_placed = of.rate_hz.is_some() && matches!(of.kind(), Some(Kind::Raw | Kind::Npy));
+        let (most, together) = if is_placed { (PIECE, 1) } else { (u64::MAX, usize::MAX) };
         let (pieces, mut found) = (self.pieces(stream, most), Heard::new());
         let jobs: Vec<&[Piece]> = pieces.chunks(together).collect();
         for jobs in jobs.chunks(SHARES) {
@@ -250,8 +250,10 @@ impl Recording {
         }
         found.steps.retain(|of| !noise[of.part][of.sensor as usize - 1][0].is_clipped_at(of.plateaus));
         // An arrival may lie before its part by rounding.
-        let order = |of: &SensorStep| (of.part, of.arrival_s, of.sensor);
-        found.steps.sort_by(|a, b| order(a).partial_cmp(&order(b)).expect("times are finite"));
+        found.steps.sort_by(|a, b| {
+            let by_time = a.arrival_s.total_cmp(&b.arrival_s);
+            a.part.cmp(&b.part).then(by_time).then(a.sensor.cmp(&b.sensor))
+        });
         Ok((noise, found))
     }
 

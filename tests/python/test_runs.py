@@ -319,7 +319,9 @@ def test_worker_processes_run(method: str) -> None:
 def test_two_runs_on_one_log(tmp_path: Path) -> None:
     log = tmp_path / "long.mcap"
     process = run_in(tmp_path, BEGIN)
-    while not (tmp_path / "long.mcap.partial").exists():
+    begun = tmp_path / "long.mcap.partial"
+    # An empty one may not be locked yet.
+    while not begun.exists() or begun.stat().st_size == 0:
         time.sleep(0.02)
     with pytest.raises(asperity.Error):
         asperity.run(asperity.Scenario("default", SMALL), log=log)
